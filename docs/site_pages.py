@@ -8,7 +8,7 @@ from typing import Any
 
 from mkdocs.structure.files import File, Files
 
-from symoro_elastic.reports.models_page import models_page
+from symoro_elastic.pages.models_page import models_page
 
 ROOT = Path(__file__).parents[1]
 PICTURE = re.compile(r"\]\(\.\./examples/(\w+\.svg)\)")

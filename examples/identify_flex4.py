@@ -2,8 +2,8 @@
 
     python examples/identify_flex4.py [FOLDER]
 
-The table has no numbers, so plausible ones are chosen here. Encoders on all four joints have 20 bits and a noise of
-one step, torques a noise of 0.3 and 0.1 N m. Nothing is wrong with the model: a real machine is a harder case. Writes
+The table has no numbers, so plausible values are chosen here. Encoders on all four joints have 20 bits and a noise of
+one step, torques a noise of 0.3 and 0.1 N m. The model is perfect here: a real machine is a harder case. Writes
 the data (CSV) and three pictures to FOLDER (default: identified_flex4).
 """
 
@@ -13,15 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.identification.excitation import FourierMotion, Limits, excite
-from symoro_elastic.identification.identify import Identification, identify
-from symoro_elastic.identification.plots import plot
-from symoro_elastic.identification.report import table
-from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.analysis.identification.excitation import FourierMotion, Limits, excite
+from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
+from symoro_elastic.analysis.identification.views import table
+from symoro_elastic.analysis.time_series.measurements import read_measurements, write_measurements
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine, Spring
-from symoro_elastic.time_series.measurements import read_measurements, write_measurements
 
 HERE = Path(__file__).parent
 GEOMETRY = {"L2": 0.5, "G3": -9.81}
@@ -87,7 +86,7 @@ def main(folder: Path) -> None:
     for name, (q0, std) in found.neutral.items():
         print(f"neutral position of {name}: {q0:.6f} rad, std {std:.1e}, true {NEUTRAL[name]}")
     accuracy(found)
-    for path in plot(found, folder):
+    for path in found.plot().save(folder):
         print(f"wrote {path}")
 
 

@@ -3,7 +3,7 @@
     python examples/identify_two_axis.py [FOLDER]
 
 Deflections are some 10 um, so they are measured with 10 nm (1e-8 rad) resolution, the axes with 100 nm, forces with a
-noise of 10 N. Nothing is wrong with the model: a real machine is a harder case. The true values are the estimates of
+noise of 10 N. The model is perfect here: a real machine is a harder case. The true values are the estimates of
 two_axis.toml; damping and friction are chosen here. Writes three pictures and the data to FOLDER (default:
 identified_two_axis).
 """
@@ -14,11 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.identification.identify import Identification, identify
-from symoro_elastic.identification.plots import plot
-from symoro_elastic.identification.report import table
-from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
+from symoro_elastic.analysis.identification.views import table
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
 
@@ -26,8 +25,8 @@ HERE = Path(__file__).parent
 DAMPING = 1e-4  # s, over stiffness
 FRICTION = {"motor_x": (400.0, 80.0), "motor_y": (600.0, 120.0)}  # viscous N s/m, dry N
 RESOLUTION = {"motor_x": 1e-7, "motor_y": 1e-7}  # m, others 1e-8 m or rad
-# Weighed before mounting, or known by construction: the sensor head, which no motor feels; centres of mass of parts
-# whose yaw shows nothing; springs without preload.
+# Weighed before mounting, or known by design: the sensor head, which no motor senses; centres of mass of parts
+# whose yaw does not reveal them; springs without preload.
 KNOWN = {"M13": 0.6, "MX13": 0, "MZ13": 0, "M10": 8, "MX10": 0, "MZ10": 0, "MX4": 0, "MZ4": 0, "MX5": 0, "MZ5": 0,
          "MZ3": 0, "MX11": 0, "MZ11": -14.25, "IA5": 0}  # fmt: skip
 KNOWN |= {f"KQ{j}": 0.0 for j in (1, 2, 3, 4, 6, 7, 8, 10, 11, 13)}
@@ -62,7 +61,7 @@ def motion(t: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def sensors(machine: Machine) -> Sensors:
-    names = [machine.joints[j - 1].name for j in machine.moving]
+    names = [machine.joints[j - 1].name for j in machine.independent]
     step = np.array([RESOLUTION.get(name, 1e-8) for name in names])
     return Sensors(step, step / 2, np.array([10.0, 10.0]))
 
@@ -86,7 +85,7 @@ def main(folder: Path) -> None:
     found = identify(machine, measured, known=KNOWN)
     print(table(found, {e.unknown.label: e.unknown.nominal for e in found.estimates}))
     accuracy(found)
-    for path in plot(found, folder):
+    for path in found.plot().save(folder):
         print(f"wrote {path}")
 
 

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.codegen.integration.tableaus import RK4, step
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "generated"))
 import two_axis

@@ -1,4 +1,4 @@
-"""An elastic arm from rest to rest with the smoothest torques, and a limit on how fast its springs swing.
+"""An elastic arm from rest to rest with the smoothest torques, and a limit on the rates of its springs.
 
 The models are CasADi functions, `se.load(machine, backend="casadi")`. One optimal control problem, minimum integral of
 (dtau/dt)^2, goes to acados where that is installed, and to IPOPT otherwise: the same steps of RK4, the same optimum.

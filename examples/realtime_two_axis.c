@@ -6,7 +6,7 @@
  *     cc -std=c99 -O2 -Igenerated/two_axis examples/realtime_two_axis.c generated/two_axis/two_axis.c -lm -o realtime
  *     ./realtime
  *
- * With the right to do so, `chrt --fifo 80 ./realtime` keeps other programs from delaying it. docs/scenes.md explains
+ * With permission, `chrt --fifo 80 ./realtime` keeps other programs from delaying it. docs/scenes.md explains
  * the scene, and where the numbers below come from.
  */
 #define _POSIX_C_SOURCE 200112L
@@ -28,7 +28,7 @@ static const double hold[MOTORS] = {0.0, 1010.43};
 static const double kp[MOTORS] = {8848100.35, 6982745.11};
 static const double kd[MOTORS] = {90126.01, 71125.66};
 
-/* Where the motors are to be, and how fast: by 0.08 m and 0.05 m in 0.15 s. */
+/* Reference positions and velocities of the motors: by 0.08 m and 0.05 m in 0.15 s. */
 static void wanted(double t, double r[MOTORS], double rd[MOTORS])
 {
     static const double from[MOTORS] = {0.0, 0.1}, by[MOTORS] = {0.08, 0.05}, lasts = 0.15;
@@ -40,7 +40,7 @@ static void wanted(double t, double r[MOTORS], double rd[MOTORS])
     }
 }
 
-/* One period: the step takes the torques and the wanted motion at its nodes, t and t + h. */
+/* One period: the step takes the torques and the reference motion at its nodes, t and t + h. */
 static void advance(double t, double q[N], double qd[N])
 {
     double tau[NODES*MOTORS], r[NODES*MOTORS], rd[NODES*MOTORS];

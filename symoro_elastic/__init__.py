@@ -15,8 +15,8 @@ remains is pruned, scheduled and written as functions without dependencies, or a
 [30.  0.]
 
 Machines and scenes are given as files, as tables (dictionaries and lists as in the files), or as objects already read.
-Results have a short `repr`, tables in notebooks, `arrays()`, `frame()` and `as_json()`. Errors that you can fix are
-`InputError`, in one line.
+Results have a short `repr`, tables in notebooks, `arrays()`, `frame()`, `as_json()` and `plot()`. Errors that
+you can fix are `InputError`, in one line.
 """
 
 from __future__ import annotations
@@ -24,72 +24,58 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from symoro_elastic.foundation.version import __version__ as __version__
+
 if TYPE_CHECKING:
-    from symoro_elastic.api.drawings import picture, view
-    from symoro_elastic.api.loaded import load
-    from symoro_elastic.api.machines import MachineWarning, new, read, write
-    from symoro_elastic.api.measured import excite, identify
-    from symoro_elastic.api.models import check, equations, generate, trade
-    from symoro_elastic.api.motions import ladder, simulate
-    from symoro_elastic.api.pages import report
-    from symoro_elastic.api.sweeps import sweep
-    from symoro_elastic.api.vibrations import compare, feed_forward, linearize, modes, response
-    from symoro_elastic.errors import InputError
+    from symoro_elastic.api.drawings import picture as picture
+    from symoro_elastic.api.drawings import view as view
+    from symoro_elastic.api.loaded import load as load
+    from symoro_elastic.api.machines import MachineWarning as MachineWarning
+    from symoro_elastic.api.machines import new as new
+    from symoro_elastic.api.machines import read as read
+    from symoro_elastic.api.machines import write as write
+    from symoro_elastic.api.measured import excite as excite
+    from symoro_elastic.api.measured import identify as identify
+    from symoro_elastic.api.models import check as check
+    from symoro_elastic.api.models import equations as equations
+    from symoro_elastic.api.models import generate as generate
+    from symoro_elastic.api.models import trade as trade
+    from symoro_elastic.api.motions import ladder as ladder
+    from symoro_elastic.api.motions import simulate as simulate
+    from symoro_elastic.api.pages import report as report
+    from symoro_elastic.api.sweeps import sweep as sweep
+    from symoro_elastic.api.vibrations import compare as compare
+    from symoro_elastic.api.vibrations import feed_forward as feed_forward
+    from symoro_elastic.api.vibrations import linearize as linearize
+    from symoro_elastic.api.vibrations import modes as modes
+    from symoro_elastic.api.vibrations import response as response
+    from symoro_elastic.foundation.errors import InputError as InputError
 
-__version__ = "0.1.0"
-
-__all__ = [
-    "InputError",
-    "MachineWarning",
-    "check",
-    "compare",
-    "equations",
-    "excite",
-    "feed_forward",
-    "generate",
-    "identify",
-    "ladder",
-    "linearize",
-    "load",
-    "modes",
-    "new",
-    "picture",
-    "read",
-    "report",
-    "response",
-    "simulate",
-    "sweep",
-    "trade",
-    "view",
-    "write",
-]
-
-_ROOMS = {
-    "drawings": ("picture", "view"),
-    "loaded": ("load",),
-    "machines": ("MachineWarning", "new", "read", "write"),
-    "measured": ("excite", "identify"),
-    "models": ("check", "equations", "generate", "trade"),
-    "motions": ("ladder", "simulate"),
-    "pages": ("report",),
-    "sweeps": ("sweep",),
-    "vibrations": ("compare", "feed_forward", "linearize", "modes", "response"),
+_MODULES = {
+    "foundation.errors": "InputError",
+    "api.drawings": "picture view",
+    "api.loaded": "load",
+    "api.machines": "MachineWarning new read write",
+    "api.measured": "excite identify",
+    "api.models": "check equations generate trade",
+    "api.motions": "ladder simulate",
+    "api.pages": "report",
+    "api.sweeps": "sweep",
+    "api.vibrations": "compare feed_forward linearize modes response",
 }
-_MODULES = {name: module for module, names in _ROOMS.items() for name in names}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
+__all__ = [*_MODULE_OF]  # noqa: PLE0604
 
 
 def __getattr__(name: str) -> Any:
-    """Return a public function, imported when it is first asked for."""
-    if name == "InputError":
-        found: Any = import_module("symoro_elastic.errors").InputError
-    elif name in _MODULES:
-        found = getattr(import_module(f"symoro_elastic.api.{_MODULES[name]}"), name)
-        if not isinstance(found, type):
-            found = import_module("symoro_elastic.api.arguments").with_arguments(found)
-    else:
+    """Return a public name, imported on first use."""
+    if name not in _MODULE_OF:
         raise AttributeError(f"module 'symoro_elastic' has no attribute {name!r}")
-    globals()[name] = found
-    return found
+    public: Any = getattr(import_module(f"symoro_elastic.{_MODULE_OF[name]}"), name)
+    if not isinstance(public, type):
+        public = import_module("symoro_elastic.api.checked_calls").with_arguments(public)
+    globals()[name] = public
+    return public
 
 
 def __dir__() -> list[str]:

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from symoro_elastic.cli import cli, main
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

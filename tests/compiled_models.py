@@ -17,11 +17,11 @@ from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Vector3
-from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace_scene
+from symoro_elastic.models.packaging import package
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.packaging import package
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ class Built:
 def built(machine: Machine, folder: Path, scene: Scene | None = None) -> Built:
     scene = replace(scene or Scene(), models=FIVE)
     traced = trace_scene(machine, scene)
-    described = package(restricted(machine, scene), traced, folded(machine, scene))
+    described = package(restrict(machine, scene), traced, names_to_fold(machine, scene))
     library = compile_library(render_c(described), folder / "c", flags=("-O0",))
     module = import_package(render_numpy(described), folder / "numpy")
     results = {model.model.name: tuple(model.rows) for model in traced}
@@ -67,7 +67,7 @@ def built(machine: Machine, folder: Path, scene: Scene | None = None) -> Built:
 
 
 def worst(found: Any, wanted: Any) -> float:
-    """Largest difference over the largest wanted entry; infinite for what is no number."""
+    """Largest difference over the largest wanted entry; infinite for what is not a number."""
     with mpmath.workdps(50):
         exact = np.array(wanted, dtype=object)
         found = np.asarray(found, dtype=float)

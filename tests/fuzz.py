@@ -20,12 +20,12 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats import FORMATS, read_machine
+from symoro_elastic.formats.reading import format_of
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import FORMATS, read_machine
-from symoro_elastic.machine.formats.reading import format_of
 from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.models.packaging import reserved_words
 from tests.machine.samples import COUPLED, PAR, PAR_LOOP, TOML
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
@@ -33,7 +33,7 @@ WORDS = """
 0 -1 1e400 -1e308 1e-320 nan inf 1_000 0x10 007 1e5 99999999999999999999 1/0 pi/2 tan(pi/2) sqrt(-1) q1 q1+q2 M1 L__1
 int lambda __import__('os') exec(1) a.b 10^10^10 -- ** ( ) (( [ ] [[ ]] { } {{ }} = , ; : . " ' \'\'\' \\ # (* *) (*!
 ^ / * true false null fixed motor elastic passive rotation quaternion sigma theta alpha ant joints parameters name scene
-NL NJ NF coupled cut loops meets closes dependent start variable ratio sharing order mu q2 qm q1+2*q2 pin 2
+NL NJ NF coupled cut loops meets closes dependent start variable ratio sharing order mu q2 qm q1+2*q2 pin 2 (*toml
 """
 SIGNS = ("", " ", "\n", "\r", "\t", "\x00", "\x1b[2J", "\ufeff", "\u0661", "é", "\u2028", "\U0001f600", "a" * 2000)
 ODD = (*WORDS.split(), *SIGNS)

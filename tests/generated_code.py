@@ -20,15 +20,15 @@ from numpy.typing import NDArray
 
 from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
+from symoro_elastic.models.packaging import package
 from symoro_elastic.models.static_deflections import STATIC_SPRINGS
-from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.program import OperationCount
 
 ALL_MODELS = tuple(
@@ -54,7 +54,7 @@ Array = NDArray[np.float64]
 def rendered(machine: Machine, scene: Scene | None = None, targets: Sequence[str] = ("numpy", "c")) -> dict[str, str]:
     """File names and texts; all models unless the scene names some."""
     scene = _with_models(scene)
-    described = package(restricted(machine, scene), trace_scene(machine, scene), folded(machine, scene))
+    described = package(restrict(machine, scene), trace_scene(machine, scene), names_to_fold(machine, scene))
     return render_targets(described, targets)
 
 
@@ -106,7 +106,7 @@ TOKEN = re.compile(
 
 
 def tokens(expression: str) -> list[tuple[str, str]]:
-    """(kind, text) of each token; fails on anything that is no arithmetic."""
+    """(kind, text) of each token; fails on anything that is not an arithmetic."""
     assert not TOKEN.sub("", expression).strip(), expression
     return [(str(m.lastgroup), m[0]) for m in TOKEN.finditer(expression)]
 

@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.output_files import permission
+from symoro_elastic.generation.pipeline import generate
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.output_files import permission
-from symoro_elastic.pipeline import generate
 
 ROOT = Path(__file__).resolve().parents[1]
 GENERATED = ROOT / "generated"
@@ -50,7 +50,7 @@ GOLDEN = (
 def make(golden: Golden, out: Path) -> list[Path]:
     """Write what an example generates to `out` in place of generated/; the files, relative to it."""
     machine, _ = read_machine(ROOT / "examples" / golden.example)
-    scene = Scene(golden.models, steps=golden.steps) if golden.models else machine.scene or Scene()
+    scene = Scene(golden.models, steps=golden.steps) if golden.models else machine.asked.scene or Scene()
     with permission(force=True):
         written = generate(machine, scene, golden.targets, out / golden.folder).written
     return sorted(path.relative_to(out) for path in written)

@@ -1,4 +1,4 @@
-"""Functions of the command line's work as Python calls them: what is given is checked, messages name arguments."""
+"""Python functions for the work of the command line: arguments are checked, and messages name them."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from inspect import signature
 from numbers import Real
 from typing import Any, ParamSpec, TypeVar
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.api.declaration import flag, renamed
+from symoro_elastic.foundation.errors import InputError
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 COMMAND, PACKAGE = "symoro-elastic", "symoro_elastic"
-OTHER_NAMES = {"--from": "box"}
 OPTION = re.compile(r"--[a-z][a-z-]*")
 
 
 def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
     """Return a function that takes one name for a list of names, and whose `InputError`s name its arguments."""
-    annotations = _annotations(function)
     bound = signature(function)
+    annotations = {name: str(one.annotation) for name, one in bound.parameters.items()}
 
     @wraps(function)
     def called(*args: P.args, **kwargs: P.kwargs) -> T:
-        given = bound.bind(*args, **kwargs)
+        given = bound.bind(*args, **_renamed(function, kwargs))
         for name in given.arguments:
             given.arguments[name] = _argument(name, given.arguments[name], annotations)
         try:
@@ -38,31 +38,24 @@ def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
     return called
 
 
+def _renamed(function: Callable[..., object], given: dict[str, Any]) -> dict[str, Any]:
+    """Return arguments under the names that they have now; warns of former ones."""
+    record = getattr(function, "options", None)
+    return renamed(record, given) if record else given
+
+
 def argument(option: str, names: Collection[str]) -> str:
     """Return the argument that an option stands for, the option itself where there is none."""
-    name = OTHER_NAMES.get(option, option.removeprefix("--").replace("-", "_"))
-    return next((each for each in (name, f"{name}s", f"{name[:-1]}ies") if each in names), option)
+    return next((name for name in names if option in (flag(name), flag(name, True))), option)
 
 
 def in_words(text: str, names: Collection[str]) -> str:
     """Return a message with arguments in the place of options."""
-    return OPTION.sub(lambda found: argument(found[0], names), text)
-
-
-def _annotations(function: Callable[..., object]) -> dict[str, str]:
-    """Return the annotations of arguments as they are written, those of `**where` too."""
-    found = {name: str(one.annotation) for name, one in signature(function).parameters.items()}
-    if "where" in found:
-        from symoro_elastic.api.vibrations import Where
-
-        found |= {name: getattr(one, "__forward_arg__", str(one)) for name, one in Where.__annotations__.items()}
-    return found
+    return OPTION.sub(lambda option: argument(option[0], names), text)
 
 
 def _argument(name: str, value: Any, annotations: Mapping[str, str]) -> Any:
-    """Return an argument as the function takes it; raises `InputError` for what is no mapping of names to numbers."""
-    if name == "where":
-        return {each: _argument(each, x, annotations) for each, x in value.items()}
+    """Return an argument as the function takes it; raises `InputError` for what should give numbers by name."""
     expected = annotations.get(name, "")
     if expected.startswith("Sequence[str]") and isinstance(value, str):
         return [value]
@@ -81,4 +74,4 @@ def _refuse_no_mapping(name: str, value: Any) -> None:
         raise InputError(PACKAGE, name, what)
     for key, x in value.items():
         if not isinstance(key, str) or not isinstance(x, Real):
-            raise InputError(PACKAGE, name, f"{key!r}: {x!r} is no number by name: write {{'name': 1.0}}")
+            raise InputError(PACKAGE, name, f"{key!r}: {x!r} is not a number by name: write {{'name': 1.0}}")

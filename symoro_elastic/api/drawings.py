@@ -8,24 +8,27 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
-from symoro_elastic.api.motions import Integration, Plan, plan
-from symoro_elastic.api.scenes import Asked, SceneLike, described
+from symoro_elastic.api.declaration import operation
+from symoro_elastic.api.machines import the_machine
+from symoro_elastic.api.motions import Plan, plan
+from symoro_elastic.api.options import Drawing, Integrating, Viewing
+from symoro_elastic.api.rows import MachineLike, SceneLike, Values
+from symoro_elastic.api.scenes import SceneRequest, motions_of_scene
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
-from symoro_elastic.drawing.files import write_picture
-from symoro_elastic.drawing.page import machine_page
-from symoro_elastic.drawing.shown import ShownMachine, shown_machine
-from symoro_elastic.drawing.svg import Picture, machine_picture, picture_of, svg
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import restricted
-from symoro_elastic.output_files import permission, write_text
-from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.results import Shown
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import permission, write_text
+from symoro_elastic.foundation.progress import Announce, Progress
+from symoro_elastic.foundation.results import Shown
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.restrict import restrict
+from symoro_elastic.pages.drawing.page import machine_page
+from symoro_elastic.pages.drawing.picture_files import write_picture
+from symoro_elastic.pages.drawing.shown import ShownMachine, shown_machine
+from symoro_elastic.pages.drawing.svg import Picture, machine_picture, picture_of, svg
 
 if TYPE_CHECKING:
-    from symoro_elastic.drawing.motions import Played
-    from symoro_elastic.simulation.reference import Reference
+    from symoro_elastic.analysis.simulation.reference_motion import Reference
+    from symoro_elastic.pages.drawing.motions import Played
 
 
 @dataclass(frozen=True, repr=False)
@@ -41,7 +44,7 @@ class MachinePicture(Shown):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Lines about what is not drawn as it is."""
+        """Lines about what is not drawn to scale or left out."""
         return self.drawn.figure.remarks
 
     @cached_property
@@ -73,7 +76,7 @@ class MachinePage(Shown):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Lines about what is not shown, or not as it is."""
+        """Lines about what is not shown, or shown differently."""
         return (*self.shown.remarks, *(one.remark for one in self.shown.motions if one.remark))
 
     @cached_property
@@ -88,58 +91,50 @@ class MachinePage(Shown):
     def write(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the page as .html, and return its path; raises `InputError`."""
         if Path(path).suffix not in (".html", ".htm"):
-            raise InputError("symoro-elastic", "path", f"{str(path)!r} is no page: end the name with .html")
+            raise InputError("symoro-elastic", "path", f"{str(path)!r} is not a page: end the name with .html")
         with permission(force=force):
             write_text(self.html, path)
         return Path(path)
 
 
-def picture(
-    machine: MachineLike, *, at: Values = NO_VALUES, scene: SceneLike = None, values: Values = NO_VALUES
-) -> MachinePicture:
+@operation(Drawing)
+def picture(machine: MachineLike, options: Drawing) -> MachinePicture:
     """Return the picture of a machine: bodies as boxes of equal inertia, joints, springs, rails, frames, names.
 
-    `at` are positions by joint, rad or m; springs are neutral. Lengths without value are drawn as 1 m, which `remarks`
-    say. Raises `InputError` for joints that do not move by themselves, and where a loop does not close.
+    Springs are neutral. Lengths without value are drawn as 1 m, which `remarks` say. Raises `InputError` for joints
+    that do not move by themselves, and where a loop does not close.
     """
-    found = the_machine(machine, values)
-    return MachinePicture(machine_picture(restricted(found, Asked().of(found, scene)), at))
+    whole = the_machine(machine, options.values)
+    return MachinePicture(machine_picture(restrict(whole, SceneRequest().of(whole, options.scene)), options.at))
 
 
-def view(
-    machine: MachineLike,
-    scene: SceneLike = None,
-    *,
-    at: Values = NO_VALUES,
-    values: Values = NO_VALUES,
-    announce: Announce = announce_nothing,
-    progress: Progress = no_progress,
-) -> MachinePage:
+@operation(Viewing)
+def view(machine: MachineLike, options: Viewing) -> MachinePage:
     """Return the page on which a machine moves: a slider for each motor, its modes, the motions of a scene.
 
-    Motors stand `at` positions by joint, rad or m, in equilibrium with the springs; the modes are those about it.
-    Motions are simulated; where they cannot be their reference is shown, and `remarks` say why. Raises `InputError`.
+    Springs are in equilibrium at the position of the motors; the modes are those about it. Motions are simulated;
+    where they cannot be their reference is shown, and `remarks` say why. Raises `InputError`.
     """
-    whole = the_machine(machine)
-    found = the_machine(restricted(whole, Asked().of(whole, scene)), values)
-    played = list(_played(whole, scene, values, announce, progress))
-    return MachinePage(shown_machine(found, at, played))
+    whole, scene, values = the_machine(machine), options.scene, options.values
+    kept = the_machine(restrict(whole, SceneRequest().of(whole, scene)), values)
+    played = list(_played(whole, scene, values, options.announce, options.progress))
+    return MachinePage(shown_machine(kept, options.at, played))
 
 
 def _played(
-    whole: Machine, scene: SceneLike, values: Values, announce: Announce, progress: Progress
+    whole: DescribedMachine, scene: SceneLike, values: Values, announce: Announce, progress: Progress
 ) -> Iterator[Played]:
     """The motions of a scene, simulated where that is possible."""
-    if not described(whole, scene).motions:
+    if not motions_of_scene(whole, scene).motions:
         return
-    planned = plan(whole, scene, Integration(), values)
+    planned = plan(whole, scene, Integrating(), values)
     for reference in planned.references:
         yield _simulated(planned, reference, announce, progress)
 
 
 def _simulated(planned: Plan, reference: Reference, announce: Announce, progress: Progress) -> Played:
     """A motion as it is simulated; its reference where it cannot be, with the reason."""
-    from symoro_elastic.drawing.motions import reference_motion, simulated_motion
+    from symoro_elastic.pages.drawing.motions import reference_motion, simulated_motion
 
     try:
         return simulated_motion(planned.run(reference, announce, progress))

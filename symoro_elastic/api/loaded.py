@@ -5,24 +5,26 @@ from __future__ import annotations
 import inspect
 import shutil
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial, wraps
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
 
-from symoro_elastic.api.machines import MachineLike, the_machine, warn
-from symoro_elastic.api.scenes import Asked, SceneLike, in_form
+from symoro_elastic.api.declaration import operation_on_models
+from symoro_elastic.api.machines import the_machine, warn
+from symoro_elastic.api.options import Loading
+from symoro_elastic.api.rows import MachineLike
+from symoro_elastic.api.scenes import scene_for
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.errors import InputError, among
-from symoro_elastic.machine.scene import RECURSION
+from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.foundation.results import Part, Shown
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.packages import imported
-from symoro_elastic.pipeline import programs
-from symoro_elastic.results import Part, Shown
 
 Functions: TypeAlias = Mapping[str, Callable[..., Any]]
 Loader: TypeAlias = Callable[[Package, ModuleType, Path], Functions]
@@ -30,7 +32,7 @@ OPTIMISED = ("-O2", "-ffp-contract=off")
 
 
 class LoadedModel(Shown):
-    """Functions of a machine, such as `direct_dynamics(q, qd, tau)`, with what its generated package tells.
+    """Functions of a machine, such as `direct_dynamics(q, qd, tau)`, with the data of its generated package.
 
     `JOINTS`, `MOTORS`, `ELASTIC`, `PARAMETERS`, `DEFAULTS`, `FRAMES` ... are those of the generated numpy package,
     whose docstrings give arguments, results, shapes and units. Leading axes broadcast; p defaults to the machine's
@@ -84,50 +86,20 @@ def _summary(function: Callable[..., Any]) -> str:
     return f"({', '.join(inspect.signature(function).parameters)}): {first}"
 
 
-def load(
-    machine: MachineLike,
-    *models: str,
-    scene: SceneLike = None,
-    outputs: Mapping[str, Sequence[str]] | None = None,
-    fold: Sequence[str] = (),
-    steps: Sequence[str] = (),
-    backend: str | ModuleType = "numpy",
-    form: str = RECURSION,
-) -> LoadedModel:
+@operation_on_models(Loading)
+def load(machine: MachineLike, options: Loading) -> LoadedModel:
     """Return models of a machine as functions: `load("arm.toml", "inertia_matrix").inertia_matrix(q)`.
-
-    Parameters
-    ----------
-    machine
-        A machine, its file or its tables.
-    models
-        Names of models (`symoro-elastic models` lists them); by default those of the scene, else direct_dynamics and
-        inverse_dynamics.
-    scene
-        A scene: outputs, locked joints, constants.
-    outputs
-        Joints or frames that are wanted of a model, or columns of derivatives.
-    fold
-        Parameters that become constants, or ["all"].
-    steps
-        Time steps beside the models: "w3", "w2", "rk4", "rodas4", "midpoint" (numpy only).
-    backend
-        "numpy": generated numpy functions; "c": the generated C, compiled by $CC, gcc or clang; "casadi": functions of
-        CasADi; "jax": functions that JAX traces, differentiates and maps; "sympy": functions of expressions; or an
-        array library such as torch, by its module.
-    form
-        Form of direct_dynamics, as in `generate`: "recursion", "inertia" or "auto".
 
     Raises
     ------
     InputError
-        For a name that is none, for a machine whose model would divide by zero, without a C compiler or a package.
+        For an unknown name, for a machine whose model would divide by zero, without a C compiler or a package.
     """
-    load_functions = _loader(backend)
-    if steps and backend != "numpy":
+    load_functions = _loader(options.backend)
+    if options.steps and options.backend != "numpy":
         raise InputError("symoro-elastic", "--steps", 'time steps are loaded with backend="numpy", or generated as C')
-    found = the_machine(machine)
-    package = programs(found, in_form(Asked(models, fold, outputs, steps).of(found, scene), form)).package
+    whole = the_machine(machine)
+    package = programs(whole, scene_for(whole, options, options.steps)).package
     folder = Path(tempfile.mkdtemp(prefix="symoro_elastic_"))
     try:
         module = import_package(render_numpy(package), folder / "numpy")
@@ -172,36 +144,36 @@ def _in_c(
 
     @wraps(described)
     def call(*given: Any, **named: Any) -> Any:
-        found = code.call(function.name, **dict(zip(names, given, strict=False)), **named)
-        results = tuple(found.values())
+        by_name = code.call(function.name, **dict(zip(names, given, strict=False)), **named)
+        results = tuple(by_name.values())
         return results if len(results) > 1 else results[0]
 
     return call
 
 
 def _on_casadi(package: Package, module: ModuleType, _: Path) -> Functions:
-    from symoro_elastic.backends.casadi_functions import casadi_functions
+    from symoro_elastic.codegen.backends.casadi_functions import casadi_functions
 
     return casadi_functions(package, module)
 
 
 def _on_jax(package: Package, module: ModuleType, _: Path) -> Functions:
     """Return functions of JAX's arrays; warns where JAX computes in single precision."""
-    jax = imported("jax", 'backend="jax"', "jax")
+    jax = import_optional("jax", 'backend="jax"', "jax")
     if not jax.config.jax_enable_x64:
         double = 'jax.config.update("jax_enable_x64", True) before the first array gives double precision'
         warn(f"JAX computes in single precision, to about 7 digits: {double}")
-    return _on_library(imported("jax.numpy", 'backend="jax"', "jax"), package, module, Path())
+    return _on_library(import_optional("jax.numpy", 'backend="jax"', "jax"), package, module, Path())
 
 
 def _on_sympy(package: Package, module: ModuleType, _: Path) -> Functions:
-    from symoro_elastic.backends.sympy_expressions import expressions
+    from symoro_elastic.codegen.backends.sympy_expressions import expressions
 
     return expressions(package, module)
 
 
 def _on_library(library: Any, package: Package, module: ModuleType, _: Path) -> Functions:
-    from symoro_elastic.backends.arrays import on_arrays
+    from symoro_elastic.codegen.backends.array_libraries import on_arrays
 
     return on_arrays(package, module, library)
 

@@ -3,60 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
-from symoro_elastic.api.scenes import Asked, Prescribed, SceneLike, prescribed, top_of
-from symoro_elastic.errors import InputError, among
-from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.machine.formats.motions import motions_of, wanted_of
-from symoro_elastic.machine.restrict import restricted
-from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.api.declaration import operation, part
+from symoro_elastic.api.machines import NO_VALUES, the_machine
+from symoro_elastic.api.options import Climbing, Integrating, Simulating
+from symoro_elastic.api.rows import MachineLike, Ranges, SceneLike, Values
+from symoro_elastic.api.scenes import Prescribed, SceneRequest, required_motions, top_of
+from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.formats.toml.motions import motions_of, wanted_of
+from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.machine.restrict import restrict
 
 if TYPE_CHECKING:
+    from symoro_elastic.analysis.ladder.rung import Ladder
+    from symoro_elastic.analysis.simulation.reference_motion import Reference
+    from symoro_elastic.analysis.simulation.simulate import Request
+    from symoro_elastic.analysis.simulation.simulated import Simulation
+    from symoro_elastic.machine.described import DescribedMachine, Wanted
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
-    from symoro_elastic.machine.wanted import Wanted
-    from symoro_elastic.model_ladder.rungs import Ladder
-    from symoro_elastic.model_ladder.simulate import Request
-    from symoro_elastic.simulation.reference import Reference
-    from symoro_elastic.simulation.simulated import Simulation
 
 NEITHER = "choose even steps (--method, --step) or adapted ones (--adaptive)"
-Box = Mapping[str, tuple[float, float]]
 
 
-@dataclass(frozen=True)
-class Integration:
-    """How to integrate: even steps of a method, or steps that are adapted and find events."""
-
-    method: str | None = None
-    step: float | None = None
-    adaptive: bool = False
-    events: Values = field(default_factory=dict)
-    stop: bool = False
-
-    def __post_init__(self) -> None:
-        if self.method is not None:
-            among((self.method,), METHODS, "--method")
-        if self.adaptive and (self.method or self.step is not None):
-            raise InputError("symoro-elastic", "--adaptive", NEITHER)
-        if self.events and not self.adaptive:
-            raise InputError("symoro-elastic", "--event", "even steps find no events: add --adaptive")
-        if self.stop and not self.events:
-            raise InputError("symoro-elastic", "--stop", "there is no event to stop at: name one by --event")
-
-    def run(self, reference: Reference, request: Request, announce: Announce, progress: Progress) -> Simulation:
-        """Return the simulated motion."""
-        from symoro_elastic.model_ladder.simulate import simulate
-        from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
-
-        if self.adaptive:
-            return simulate_adaptively(reference, request, self.events, self.stop, announce, progress)
-        return simulate(reference, request, announce, progress)
+def refuse_mixture(steps: Integrating) -> None:
+    """Raise `InputError` for options of an integration that exclude each other."""
+    if steps.method is not None:
+        among((steps.method,), METHODS, "--method")
+    if steps.adaptive and (steps.method or steps.step is not None):
+        raise InputError("symoro-elastic", "--adaptive", NEITHER)
+    if steps.events and not steps.adaptive:
+        raise InputError("symoro-elastic", "--event", "even steps find no events: add --adaptive")
+    if steps.stop and not steps.events:
+        raise InputError("symoro-elastic", "--stop", "there is no event to stop at: name one by --event")
 
 
 @dataclass(frozen=True)
@@ -65,13 +49,13 @@ class Plan:
 
     references: tuple[Reference, ...]
     wanted: Wanted | None
-    integration: Integration
+    integration: Integrating
 
     @cached_property
     def request(self) -> Request:
         """Outputs and tolerances, method and step."""
-        from symoro_elastic.model_ladder.simulate import Request
-        from symoro_elastic.simulation.tolerances import output_signals, tolerances
+        from symoro_elastic.analysis.simulation.simulate import Request
+        from symoro_elastic.analysis.simulation.tolerances import output_signals, tolerances
 
         integration, wanted = self.integration, self.wanted
         if wanted is None:
@@ -85,85 +69,58 @@ class Plan:
         self, reference: Reference, announce: Announce = announce_nothing, progress: Progress = no_progress
     ) -> Simulation:
         """Return one of the motions, simulated."""
-        return self.integration.run(reference, self.request, announce, progress)
+        from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
+        from symoro_elastic.analysis.simulation.simulate import simulate
+
+        steps = self.integration
+        if steps.adaptive:
+            return simulate_adaptively(reference, self.request, steps.events, steps.stop, announce, progress)
+        return simulate(reference, self.request, announce, progress)
 
 
-def plan(whole: Machine, scene: SceneLike, integration: Integration, values: Values = NO_VALUES) -> Plan:
+def plan(whole: DescribedMachine, scene: SceneLike, integration: Integrating, values: Values = NO_VALUES) -> Plan:
     """Return the motions of a scene, of a machine whose joints the scene locks; raises `InputError`."""
-    from symoro_elastic.simulation.reference import reference_of
-    from symoro_elastic.simulation.tolerances import refuse_rounding, tolerances
+    from symoro_elastic.analysis.simulation.reference_motion import reference_of
+    from symoro_elastic.analysis.simulation.tolerances import refuse_rounding, tolerances
 
-    moving = the_machine(restricted(whole, Asked().of(whole, scene)), values)
-    found = prescribed(whole, scene)
-    references = tuple(reference_of(moving, motion) for motion in found.motions)
-    allowed = tolerances(found.wanted, moving) if found.wanted else {}
+    refuse_mixture(integration)
+    moving = the_machine(restrict(whole, SceneRequest().of(whole, scene)), values)
+    asked = required_motions(whole, scene)
+    references = tuple(reference_of(moving, motion) for motion in asked.motions)
+    allowed = tolerances(asked.wanted, moving) if asked.wanted else {}
     for reference in references:
         refuse_rounding(allowed, reference)
-    return Plan(references, found.wanted, integration)
+    return Plan(references, asked.wanted, integration)
 
 
-def simulate(
-    machine: MachineLike,
-    scene: SceneLike = None,
-    *,
-    method: str | None = None,
-    step: float | None = None,
-    adaptive: bool = False,
-    events: Values = NO_VALUES,
-    stop: bool = False,
-    values: Values = NO_VALUES,
-    announce: Announce = announce_nothing,
-    progress: Progress = no_progress,
-) -> list[Simulation]:
+@operation(Simulating)
+def simulate(machine: MachineLike, options: Simulating) -> list[Simulation]:
     """Return the motions of a scene, simulated with a measured error: one for each table [motion].
-
-    Parameters
-    ----------
-    machine
-        A machine, its file or its tables.
-    scene
-        File or tables with [motion] (or several), [wanted] and [scene]; default: those of the machine.
-    method, step
-        Method of even steps ("w3", "w2", "rk4", "rodas4", "midpoint") and step, s; by default the cheapest by
-        prediction that keeps the tolerances of [wanted].
-    adaptive
-        Adapted steps of scipy's DOP853 or Radau instead; they find `events` such as {"motor_x.qd": 0}, and `stop` at
-        the first.
-    values
-        Values of parameters.
 
     Raises
     ------
     InputError
-        For scenes without motion, machines whose motion is not determined, steps beyond stability.
+        For scenes without a motion, machines whose motion is not determined, or steps beyond the stability limit.
     """
-    planned = plan(the_machine(machine), scene, Integration(method, step, adaptive, events, stop), values)
-    return [planned.run(one, announce, progress) for one in planned.references]
+    planned = plan(the_machine(machine), options.scene, part(Integrating, options), options.values)
+    return [planned.run(one, options.announce, options.progress) for one in planned.references]
 
 
-def ladder(
-    machine: MachineLike,
-    scene: SceneLike = None,
-    *,
-    box: Box | None = None,
-    starts: int = 20,
-    announce: Announce = announce_nothing,
-    progress: Progress = no_progress,
-) -> Ladder:
+@operation(Climbing)
+def ladder(machine: MachineLike, options: Climbing) -> Ladder:
     """Return which springs, method and step the motions of a scene require, with errors predicted and measured.
 
-    The scene has tables [motion] and [wanted] with a tolerance. `box` are ranges of positions by joint at which motions
-    may start: `starts` of them are tried, a Latin hypercube. Raises `InputError`.
+    The scene has tables [motion] and [wanted] with a tolerance. Raises `InputError`.
     """
-    from symoro_elastic.model_ladder.rungs import ladder as ladder_of
-    from symoro_elastic.simulation.tolerances import tolerances
+    from symoro_elastic.analysis.ladder.rungs import ladder as ladder_of
+    from symoro_elastic.analysis.simulation.tolerances import tolerances
 
     whole = the_machine(machine)
-    found = replace(restricted(whole, Asked().of(whole, scene)), forces=())
-    asked = prescribed(found, scene)
+    kept = replace(restrict(whole, SceneRequest().of(whole, options.scene)), forces=())
+    asked = required_motions(kept, options.scene)
     wanted = _tolerated(asked)
-    motions = _from_box(asked.motions, box or {}, starts, found)
-    return ladder_of(found, motions, tolerances(wanted, found), wanted.period, announce, progress)
+    motions = _from_box(asked.motions, options.box or {}, options.starts, kept)
+    return ladder_of(kept, motions, tolerances(wanted, kept), wanted.period, options.announce, options.progress)
 
 
 def predicted_ladder(machine: MachineLike, scene: str | Path | Mapping[str, Any]) -> Ladder | None:
@@ -171,33 +128,33 @@ def predicted_ladder(machine: MachineLike, scene: str | Path | Mapping[str, Any]
 
     Raises `InputError`.
     """
-    from symoro_elastic.model_ladder.rungs import predicted_ladder as ladder_of
-    from symoro_elastic.simulation.tolerances import tolerances
+    from symoro_elastic.analysis.ladder.rungs import predicted_ladder as ladder_of
+    from symoro_elastic.analysis.simulation.tolerances import tolerances
 
     whole = the_machine(machine)
-    found = replace(restricted(whole, Asked().of(whole, scene)), forces=())
-    motions, wanted = motions_of(top_of(scene), found), wanted_of(top_of(scene))
+    kept = replace(restrict(whole, SceneRequest().of(whole, scene)), forces=())
+    motions, wanted = motions_of(top_of(scene), kept), wanted_of(top_of(scene))
     if not motions or wanted is None or wanted.tolerance is None:
         return None
-    return ladder_of(found, motions, tolerances(wanted, found), wanted.period)
+    return ladder_of(kept, motions, tolerances(wanted, kept), wanted.period)
 
 
 def _tolerated(asked: Prescribed) -> Wanted:
     if asked.wanted is None or asked.wanted.tolerance is None:
-        what = 'no error is allowed yet: write tolerance = { "tool.x" = 1e-6 }'
+        what = 'no tolerance is given: write tolerance = { "tool.x" = 1e-6 }'
         raise InputError(asked.source, "wanted, tolerance", what)
     return asked.wanted
 
 
-def _from_box(motions: Sequence[PrescribedMotion], box: Box, count: int, machine: Machine) -> list[PrescribedMotion]:
-    """Return each motion from every position of a sample of the box; the same motions where there is none."""
-    from symoro_elastic.model_ladder.starts import starts
+def _from_box(motions: Sequence[PrescribedMotion], box: Ranges, count: int, machine: Machine) -> list[PrescribedMotion]:
+    """Return each motion from every position of a sample of the box; the same motions where there is no box."""
+    from symoro_elastic.analysis.ladder.rungs import starts
 
-    among(tuple(box), tuple(joint.name for joint in machine.moving_joints), "--from")
+    among(tuple(box), tuple(joint.name for joint in machine.independent_joints), "--box")
     for name, (low, high) in box.items():
         if not low <= high:
             raise InputError(
-                "symoro-elastic", "--from", f"{name}={low:g}:{high:g} is no range: give LOW:HIGH, LOW first"
+                "symoro-elastic", "--box", f"{name}={low:g}:{high:g} is not a range: give LOW:HIGH, LOW first"
             )
     places = starts(box, count) if box else [{}]
     return [replace(motion, start={**motion.start, **place}) for motion in motions for place in places]

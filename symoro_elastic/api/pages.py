@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from symoro_elastic.api.machines import NO_VALUES, MachineLike, Values, the_machine
+from symoro_elastic.api.declaration import operation
+from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.motions import ladder
-from symoro_elastic.api.scenes import Asked, SceneLike
-from symoro_elastic.machine.restrict import restricted
-from symoro_elastic.output_files import permission, write_all
-from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.results import Shown, framed
+from symoro_elastic.api.options import Reporting
+from symoro_elastic.api.rows import MachineLike
+from symoro_elastic.api.scenes import SceneRequest
+from symoro_elastic.foundation.output_files import permission, write_all
+from symoro_elastic.foundation.results import Shown, inline_page
+from symoro_elastic.machine.restrict import restrict
 
 
 @dataclass(frozen=True, repr=False)
@@ -28,7 +30,7 @@ class Report(Shown):
 
     def _repr_html_(self) -> str:
         """Return the page in a frame of its own."""
-        return framed(self.html)
+        return inline_page(self.html)
 
     def write(self, folder: str | Path, *, force: bool = False) -> Path:
         """Write the page to a folder as <machine name>.html, and return its path; raises `InputError`."""
@@ -40,25 +42,18 @@ class Report(Shown):
         return write_all({f"{self.name}.html": self.html.encode("utf-8")}, Path(folder), "--out")[0]
 
 
-def report(
-    machine: MachineLike,
-    scene: SceneLike = None,
-    *,
-    values: Values = NO_VALUES,
-    announce: Announce = announce_nothing,
-    progress: Progress = no_progress,
-) -> Report:
+@operation(Reporting)
+def report(machine: MachineLike, options: Reporting) -> Report:
     """Return one page about a machine: picture, table, modes, responses, operations, accuracy, equations.
 
     With a scene that has [motion] and [wanted], what it requires of the model, too. What cannot be computed says why in
     its place. Raises `InputError` for machines and scenes that cannot be read.
     """
-    from symoro_elastic.machine_report.page import report_page
-    from symoro_elastic.machine_report.sections import Subject
+    from symoro_elastic.pages.report.sections import Subject, report_page
 
-    whole = the_machine(machine, values)
+    whole, scene = the_machine(machine, options.values), options.scene
     climbed = None
     if scene is not None:
-        climbed = ladder(whole, scene, announce=announce, progress=progress)
-    kept = restricted(whole, Asked().of(whole, scene))
-    return Report(whole.name, report_page(Subject(kept, climbed, announce, progress)))
+        climbed = ladder(whole, scene, announce=options.announce, progress=options.progress)
+    kept = restrict(whole, SceneRequest().of(whole, scene))
+    return Report(whole.name, report_page(Subject(kept, climbed, options.announce, options.progress)))

@@ -11,23 +11,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symoro_elastic.api.machines import Values, the_machine
-from symoro_elastic.api.motions import Integration, ladder, plan
-from symoro_elastic.api.vibrations import OperatingPoint, modes_of
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.api.machines import the_machine
+from symoro_elastic.api.motions import ladder, plan
+from symoro_elastic.api.options import Integrating, OperatingPoint
+from symoro_elastic.api.rows import Values
+from symoro_elastic.api.vibrations import held_motors, linearized_at, modes_of, motion_at
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import DescribedMachine
 
 if TYPE_CHECKING:
+    from symoro_elastic.analysis.vibration.linearization import Linearization
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
-    from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-    from symoro_elastic.vibration.linearization import Linearization
+    from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
 
 @dataclass(frozen=True)
 class SweptVibration:
     """A machine about an operating point; its equations of motion are traced once, for all points of a sweep."""
 
-    machine: Machine
+    machine: DescribedMachine
     point: OperatingPoint
     values: Values
     inputs: tuple[str, ...] = ()
@@ -40,30 +42,31 @@ class SweptVibration:
     @cached_property
     def motion(self) -> EquationsOfMotion:
         """The equations of motion, of all values of the parameters."""
-        return self.point.motion(self.machine, self.values, self.inputs, self.outputs)
+        return motion_at(self.point, self.machine, self.values, self.inputs, self.outputs)
 
     def prepare(self, positions: Sequence[str]) -> None:
-        """Raise `InputError` for names that are none, and for positions that an equilibrium does not leave."""
-        from symoro_elastic.vibration.tracking import refuse_unheld
+        """Raise `InputError` for unknown names, and for positions that an equilibrium does not leave."""
+        from symoro_elastic.analysis.vibration.tracking import refuse_unheld
 
         motion = self.motion
         given = (("--at", self.point.at), ("--torque", self.point.torques), ("--rate", self.point.rates))
         for option, numbers in given:
-            motion.numbered(numbers, option)
+            motion.indices_of(numbers, option)
         twice = {motion.index(name, "--at"): name for name in self.point.at}
         for name in positions:
             if motion.index(name, "--over") in twice:
-                what = f"{twice[motion.index(name, '--over')]} is swept: leave it out of one of both"
+                what = f"{twice[motion.index(name, '--over')]} is swept: remove one of the two"
                 raise InputError(self.machine.label, "--at", what)
-        for name in self.point.held(motion):
+        for name in held_motors(self.point, motion):
             motion.motor(name, "--hold")
         if not self.point.as_given:
-            refuse_unheld(motion, positions, self.point.torques)
+            refuse_unheld(motion, positions, self.point.torques, "--over")
 
     def linear(self, values: Values, positions: Values) -> Linearization:
         """Return the machine with these values, linearized at these positions."""
         motion = self.motion.at_values({**self.values, **values})
-        return replace(self.point, at={**self.point.at, **positions}).linearized(motion, self.inputs, self.outputs)
+        point = replace(self.point, at={**self.point.at, **positions})
+        return linearized_at(point, motion, self.inputs, self.outputs)
 
 
 @dataclass(frozen=True)
@@ -71,11 +74,11 @@ class SweptModes(SweptVibration):
     """Frequencies and damping ratios of all modes, ascending, and the fastest growth of an unstable motion."""
 
     def __call__(self, values: Values, positions: Values) -> dict[str, float]:
-        """Return the figures at a point."""
-        found = modes_of(self.linear(values, positions))
-        figures = {f"frequency_{k}": float(f) for k, f in enumerate(found.frequencies, 1)}
-        figures |= {f"damping_ratio_{k}": float(x) for k, x in enumerate(found.damping_ratios, 1)}
-        return {**figures, "growth": float(found.growth.max(initial=0.0))}
+        """Return the results at a point."""
+        here = modes_of(self.linear(values, positions))
+        figures = {f"frequency_{k}": float(f) for k, f in enumerate(here.frequencies, 1)}
+        figures |= {f"damping_ratio_{k}": float(x) for k, x in enumerate(here.damping_ratios, 1)}
+        return {**figures, "growth": float(here.growth.max(initial=0.0))}
 
     def unit(self, figure: str) -> str:
         """Return the unit of a figure."""
@@ -90,16 +93,16 @@ class SweptResponse(SweptVibration):
     damping: float = 0.0
 
     def __call__(self, values: Values, positions: Values) -> dict[str, float]:
-        """Return the figures at a point."""
-        from symoro_elastic.vibration.peaks import response_figures
-        from symoro_elastic.vibration.responses import with_modal_damping
+        """Return the results at a point."""
+        from symoro_elastic.analysis.vibration.peaks import response_figures
+        from symoro_elastic.analysis.vibration.responses import with_modal_damping
 
         linear = with_modal_damping(self.linear(values, positions), self.damping)
         return response_figures(linear, self.frequencies)
 
     def unit(self, figure: str) -> str:
         """Return the unit of a figure."""
-        from symoro_elastic.vibration.peaks import unit_of_figure
+        from symoro_elastic.analysis.vibration.peaks import unit_of_figure
 
         return unit_of_figure(self.machine, figure)
 
@@ -108,20 +111,20 @@ class SweptResponse(SweptVibration):
 class SweptMotions:
     """A machine whose motions are part of it; positions are those at which the motions start."""
 
-    machine: Machine
+    machine: DescribedMachine
     values: Values
 
-    def at(self, values: Values, positions: Values) -> Machine:
+    def at(self, values: Values, positions: Values) -> DescribedMachine:
         """Return the machine with these values, its motions from these positions."""
-        found = the_machine(self.machine, {**self.values, **values})
-        return replace(found, motions=tuple(_from(motion, positions) for motion in self.machine.motions))
+        whole = the_machine(self.machine, {**self.values, **values})
+        return whole.asking(motions=tuple(_from(motion, positions) for motion in self.machine.asked.motions))
 
     def prepare(self, positions: Sequence[str]) -> None:
         """Raise `InputError` for a joint that does not move."""
-        moving = [joint.name for joint in self.machine.moving_joints]
+        moving = [joint.name for joint in self.machine.independent_joints]
         for name in positions:
             if name not in moving:
-                raise self.machine.error("--over", f"{name} is locked by the scene: leave it out of one of both")
+                raise self.machine.error("--over", f"{name} is locked by the scene: remove one of the two")
 
 
 def _from(motion: PrescribedMotion, positions: Values) -> PrescribedMotion:
@@ -133,22 +136,22 @@ class SweptLadder(SweptMotions):
     """The rung that a ladder chooses, what it leaves out and costs, and its errors over their tolerances."""
 
     def __call__(self, values: Values, positions: Values) -> dict[str, float]:
-        """Return the figures at a point."""
-        found = ladder(self.at(values, positions))
-        rung = None if found.chosen is None else found.rungs[found.chosen]
-        if rung is None or rung.chosen is None or found.chosen is None:
+        """Return the results at a point."""
+        climbed = ladder(self.at(values, positions))
+        rung = None if climbed.chosen is None else climbed.rungs[climbed.chosen]
+        if rung is None or rung.chosen is None or climbed.chosen is None:
             raise InputError(self.machine.label, "wanted, tolerance", "no rung keeps the tolerances")
-        shares = [error / found.tolerance[name] for name, error in rung.predicted.items()]
+        shares = [error / climbed.tolerance[name] for name, error in rung.predicted.items()]
         figures = {
-            "rung": found.chosen,
+            "rung": climbed.chosen,
             "springs_left_out": len(rung.left_out),
             "steps": rung.chosen.steps,
             "operations": rung.chosen.operations,
-            "saving": found.saving,
+            "saving": climbed.saving,
             "predicted_error": max(shares),
         }
         if rung.measured:
-            measured = [error / found.tolerance[name] for name, error in rung.measured.model.items()]
+            measured = [error / climbed.tolerance[name] for name, error in rung.measured.model.items()]
             figures["measured_error"] = max(measured)
         return {name: float(x) for name, x in figures.items()}
 
@@ -161,27 +164,29 @@ class SweptLadder(SweptMotions):
 class SweptSimulation(SweptMotions):
     """Outputs at the end, largest deviations, measured errors and energies of simulated motions."""
 
-    integration: Integration
+    integration: Integrating
 
     def __call__(self, values: Values, positions: Values) -> dict[str, float]:
-        """Return the figures at a point."""
+        """Return the results at a point."""
         planned = plan(self.at(values, positions), None, self.integration)
         figures: dict[str, float] = {}
         for k, reference in enumerate(planned.references, 1):
-            found = planned.run(reference)
+            simulated = planned.run(reference)
             prefix = f"motion_{k} " if len(planned.references) > 1 else ""
-            for name, outputs, deviation in zip(found.names, found.outputs.T, found.deviation.T, strict=True):
+            for name, outputs, deviation in zip(
+                simulated.names, simulated.outputs.T, simulated.deviation.T, strict=True
+            ):
                 figures[f"{prefix}{name}: final"] = float(outputs[-1])
                 figures[f"{prefix}{name}: deviation"] = float(np.abs(deviation).max())
-                figures[f"{prefix}{name}: error"] = float(found.errors[name])
-            figures[f"{prefix}steps"] = float(found.trajectory.steps)
+                figures[f"{prefix}{name}: error"] = float(simulated.errors[name])
+            figures[f"{prefix}steps"] = float(simulated.trajectory.steps)
             for name in ("put_in", "dissipated", "stored", "largest"):
-                figures[f"{prefix}energy: {name}"] = float(getattr(found.energy, name))
+                figures[f"{prefix}energy: {name}"] = float(getattr(simulated.energy, name))
         return figures
 
     def unit(self, figure: str) -> str:
         """Return the unit of a figure."""
-        from symoro_elastic.vibration.signals import output_unit
+        from symoro_elastic.numerics.motion.signals import output_unit
 
         if "energy: " in figure:
             return "J"
@@ -195,7 +200,7 @@ class SweptSimulation(SweptMotions):
 class SweptFunction:
     """Figures that a function of the user computes of the machine, and of positions where it takes them."""
 
-    machine: Machine
+    machine: DescribedMachine
     values: Values
     function: Callable[..., Mapping[str, float]]
 
@@ -210,13 +215,13 @@ class SweptFunction:
     def prepare(self, positions: Sequence[str]) -> None:
         """Raise `InputError` where positions are swept and the function takes none."""
         if positions and not self.takes_positions:
-            what = f"{positions[0]} is a position, and the function takes the machine alone: give it a second argument"
+            what = f"{positions[0]} is a position, and the function takes only the machine: give it a second argument"
             raise InputError("symoro-elastic", "--over", what)
 
     def __call__(self, values: Values, positions: Values) -> Mapping[str, float]:
-        """Return the figures at a point."""
-        found = the_machine(self.machine, {**self.values, **values})
-        return self.function(found, dict(positions)) if self.takes_positions else self.function(found)
+        """Return the results at a point."""
+        whole = the_machine(self.machine, {**self.values, **values})
+        return self.function(whole, dict(positions)) if self.takes_positions else self.function(whole)
 
     def unit(self, figure: str) -> str:
         """Return the unit of a figure."""

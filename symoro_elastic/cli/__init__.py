@@ -11,31 +11,31 @@ from contextlib import contextmanager
 
 import click
 
-from symoro_elastic import __version__
+from symoro_elastic.api.rows import READABLE
 from symoro_elastic.cli.code import check, equations, generate
-from symoro_elastic.cli.comparison import compare
-from symoro_elastic.cli.drawing import view
-from symoro_elastic.cli.feed_forward import feed_forward
 from symoro_elastic.cli.formats import formats, new, schema
 from symoro_elastic.cli.identification import excite, identify
-from symoro_elastic.cli.ladder import ladder
 from symoro_elastic.cli.machine import convert, models, show
-from symoro_elastic.cli.report import report
-from symoro_elastic.cli.sections import Failure, SectionedGroup
-from symoro_elastic.cli.simulation import simulate
+from symoro_elastic.cli.pages import report, view
+from symoro_elastic.cli.sectioned_group import Failure, SectionedGroup
+from symoro_elastic.cli.simulation import ladder, simulate
 from symoro_elastic.cli.sweep import sweep
 from symoro_elastic.cli.trade import trade
-from symoro_elastic.cli.vibration import linearize, modes, response
-from symoro_elastic.errors import InputError
+from symoro_elastic.cli.vibration import compare, feed_forward, linearize, modes, response
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.version import __version__
+
+HELP = f"""Symbolic models of robots and machine tools with elastic joints, as standalone code: numpy, C and others.
+
+MACHINE is a file of a machine ({", ".join(READABLE)}); `symoro-elastic formats` describes them.
+"""
+CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
-@click.group(cls=SectionedGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(cls=SectionedGroup, context_settings=CONTEXT, help=HELP)
 @click.version_option(__version__, prog_name="symoro-elastic")
 def cli() -> None:
-    """Symbolic models of robots and machine tools with elastic joints, as standalone code: numpy, C and others.
-
-    MACHINE is a .toml file, a SYMORO .par, a .urdf or MuJoCo's .xml.
-    """
+    """Symbolic models of robots and machine tools."""
 
 
 SECTIONS = {

@@ -8,10 +8,9 @@ from typing import Any
 
 import click
 
-from symoro_elastic.cli.completion import completed_from
-from symoro_elastic.cli.options import OutputFile, writes
+from symoro_elastic.cli.options import OutputFile, completed_from, writes
 from symoro_elastic.cli.output import write_text
-from symoro_elastic.errors import among
+from symoro_elastic.foundation.errors import among
 
 OUT = click.option("--out", metavar="FILE", type=OutputFile(), help="File to write (default: standard output).")
 
@@ -26,7 +25,7 @@ class MachineFile(OutputFile):
 
 
 def _kinds() -> list[str]:
-    from symoro_elastic.machine.formats.starting import STARTS
+    from symoro_elastic.formats.toml.starting import STARTS
 
     return [*STARTS]
 
@@ -48,8 +47,8 @@ def new(name: str, kind: str) -> None:
 
     It holds all tables and keys, those that are not needed as comments.
     """
-    from symoro_elastic.machine.formats.starting import STARTS, starting_text
-    from symoro_elastic.pipeline import refuse_name
+    from symoro_elastic.formats.toml.starting import STARTS, starting_text
+    from symoro_elastic.generation.pipeline import refuse_name
 
     among((kind,), [*STARTS], "--kind")
     path = Path(name)
@@ -66,17 +65,14 @@ def formats(out: str | None) -> None:
 
     Every table and key of machine files and scenes, every column of motions and measurements, as Markdown.
     """
-    from symoro_elastic.reports.formats import formats_page
+    from symoro_elastic.pages.formats import formats_page
 
     _print_or_write(formats_page(), out)
 
 
 @click.command()
 @click.argument(
-    "file",
-    metavar="[machine|scene]",
-    default="machine",
-    shell_complete=completed_from(lambda: ("machine", "scene")),
+    "file", metavar="[machine|scene]", default="machine", shell_complete=completed_from(lambda: ("machine", "scene"))
 )
 @OUT
 @writes
@@ -85,7 +81,7 @@ def schema(file: str, out: str | None) -> None:
 
     Editors complete and check TOML files by it (draft 2020-12).
     """
-    from symoro_elastic.machine.formats.schema import SCHEMAS
+    from symoro_elastic.formats.toml.schema import SCHEMAS
     from symoro_elastic.models.catalogue import MODELS
 
     among((file,), [*SCHEMAS], "FILE")

@@ -1,21 +1,25 @@
-"""Options that several commands share, and records that commands take them as."""
+"""Options of commands, made of the declarations of operations; records that commands take them as."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Iterator
 from functools import wraps
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from symoro_elastic.cli import completion
+from symoro_elastic.api import kinds
+from symoro_elastic.api.declaration import Option, Options, option, options
 from symoro_elastic.cli.output import print_written
-from symoro_elastic.cli.parsing import NumberRange, bound, numbers, parsed_by
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+
+if TYPE_CHECKING:
+    from symoro_elastic.foundation.pictures import Figures
+    from symoro_elastic.machine.machine import Machine
 
 Command = Callable[..., Any]
+Completion = Callable[[click.Context, click.Parameter, str], list[str]]
+R = TypeVar("R")
 
 
 class InputFile(click.Path):
@@ -30,73 +34,146 @@ class OutputFolder(click.Path):
     """A folder that the command writes files to."""
 
 
+class _AsInFiles(click.ParamType):  # type: ignore[type-arg]
+    """A number that is written by the rules of machine files."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return super().convert(value, param, ctx)
+        try:
+            whole = isinstance(self, click.types.IntParamType)
+            given: float = kinds.whole_number(value) if whole else kinds.number(value)
+        except ValueError as error:
+            place = param.opts[0] if param else self.name
+            raise InputError("symoro-elastic", place, f"{value!r} {error}") from None
+        return super().convert(given, param, ctx)
+
+
+class Number(_AsInFiles, click.types.FloatParamType):
+    """A number."""
+
+
+class NumberRange(_AsInFiles, click.FloatRange):
+    """A number within a range."""
+
+
+class Whole(_AsInFiles, click.types.IntParamType):
+    """A whole number."""
+
+
+class WholeRange(_AsInFiles, click.IntRange):
+    """A whole number within a range."""
+
+
+FILES = {
+    kinds.SCENE: InputFile,
+    kinds.INPUT_FILE: InputFile,
+    kinds.OUTPUT_FILE: OutputFile,
+    kinds.OUTPUT_FOLDER: OutputFolder,
+}
+
+
+def _type(row: Option) -> click.ParamType | None:  # type: ignore[type-arg]
+    """Return the type of an option, None for texts."""
+    if row.kind in FILES:
+        return FILES[row.kind]()
+    low, is_open = (row.least, False) if row.above is None else (row.above, True)
+    is_bounded = low is not None or row.most is not None
+    if row.kind is kinds.WHOLE:
+        return WholeRange(low, row.most, is_open) if is_bounded else Whole()  # type: ignore[arg-type]
+    if row.kind in (kinds.NUMBER, kinds.BOUND, kinds.LIST):
+        return NumberRange(low, row.most, is_open) if is_bounded else Number()
+    return None
+
+
+class DeclaredOption(click.Option):
+    """An option made of a declaration; names of registries in its help are read when the help is printed."""
+
+    def __init__(self, row: Option) -> None:
+        self.row = row
+        settings: dict[str, Any] = {"metavar": row.metavar, "multiple": row.kind.many, "required": row.required}
+        if row.kind is kinds.FLAG:
+            settings = {"is_flag": True}
+        elif row.default and not row.kind.many:
+            settings |= {"default": row.default, "show_default": True}
+        elif row.default == 0:
+            settings |= {"default": row.default, "show_default": row.least is not None}
+        elif not row.kind.many:
+            settings |= {"default": row.default}
+        if row.bare:
+            settings |= {"is_flag": False, "flag_value": row.bare}
+        if row.kind.parse:
+            settings["callback"] = _parsed_by(row.kind.parse)
+        complete = _completion(row)
+        super().__init__((row.flag, row.name), type=_type(row), help=row.meaning, shell_complete=complete, **settings)
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return how the option is written, and its help."""
+        self.help = self.row.help
+        return super().get_help_record(ctx)
+
+
+def _parsed_by(parse: Callable[[Any, str], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """Return a click callback that converts the value of an option by `parse(value, option)`."""
+    return lambda _context, option, value: parse(value, option.opts[0])
+
+
+def _completion(row: Option) -> Completion | None:
+    if row.of_machine:
+        return completed_from_machine(row.of_machine)
+    return completed_from(row.names) if row.names else None
+
+
+def completed_from(names: Callable[[], Iterable[str]]) -> Completion:
+    """Return what completes with these names."""
+    return lambda _context, _option, begun: [name for name in names() if name.startswith(begun)]
+
+
+def completed_from_machine(names: Callable[[Machine], Iterable[str]]) -> Completion:
+    """Return what completes with names of the machine that the command line gives, none where it cannot be read."""
+
+    def complete(context: click.Context, _option: click.Parameter, begun: str) -> list[str]:
+        from symoro_elastic.formats.reading import read
+
+        for path in (context.params.get("machine"), *context.args):
+            try:
+                return [name for name in names(read(path or "")) if name.startswith(begun)]
+            except InputError:
+                continue
+        return []
+
+    return complete
+
+
+def takes(record: type[Any], name: str = "options", *only: str) -> Callable[[Command], Command]:
+    """Return a decorator that adds the options of a record to a command, which takes them as one argument.
+
+    All of them, or `only` some. What must be given and is not an option is an argument of the command.
+    """
+    rows = [row for row in options(record) if row.on_command_line and (row.name in only or not only)]
+    names = [row.name for row in rows] + [row.name for row in options(record) if row.required]
+
+    def decorate(command: Command) -> Command:
+        @wraps(command)
+        def called(**given: Any) -> Any:
+            own = {name: given.pop(name) for name in dict.fromkeys(names)}
+            return command(**given, **{name: record(**own)})
+
+        # As click's own decorators do: the last one that is added stands first.
+        parameters = called.__dict__.setdefault("__click_params__", [])
+        parameters += [DeclaredOption(row) for row in reversed(rows)]
+        return called
+
+    return decorate
+
+
+def call(function: Callable[..., R], machine: Any, given: Any, **callbacks: Any) -> R:
+    """Return the result of an operation for the options of a record, with callbacks for its progress."""
+    return function(machine, **{**vars(given), **callbacks})
+
+
 MACHINE = click.argument("machine", metavar="MACHINE", type=InputFile())
-MODEL = click.option(
-    *("--model", "models"),
-    metavar="NAME",
-    multiple=True,
-    shell_complete=completion.MODELS,
-    help="Model to generate; may be repeated.",
-)
-FOLD = click.option(
-    "--fold",
-    metavar="NAME|all",
-    multiple=True,
-    shell_complete=completion.PARAMETERS,
-    help="Parameter to replace by its value; may be repeated.",
-)
-FREE = click.option(
-    "--free",
-    metavar="TABLES",
-    multiple=True,
-    shell_complete=completion.FREED,
-    help="Tables whose numbers stay parameters of the code: bodies,springs,motors,friction,wrenches; may be repeated.",
-)
-ONLY = click.option(
-    "--only",
-    metavar="MODEL=NAME",
-    multiple=True,
-    help="Only this joint or frame of a model, as in 'jacobian=tool at (0.1, 0, L2) in base', or these columns of "
-    "derivatives, as in 'direct_dynamics_parameter_derivatives by M1, K2'; may be repeated.",
-)
-BASE = click.option("--base", is_flag=True, help="Group the inertial parameters first.")
-SCENE = click.option(
-    "--scene", metavar="FILE", type=InputFile(), help="TOML file of models, outputs, constants and locked joints."
-)
-MERGE_ANGLES = click.option(
-    "--merge-angles",
-    metavar="BOUND",
-    type=NumberRange(0, 1e6, min_open=True),
-    callback=parsed_by(bound),
-    help="Add angles of parallel axes where that saves operations; valid for |q| up to BOUND, rad.",
-)
-FORM = click.option(
-    "--form",
-    default="recursion",
-    show_default=True,
-    metavar="NAME",
-    shell_complete=completion.FORMS,
-    help="How direct_dynamics is computed: recursion, inertia (matrix), or auto: the faster one that is as accurate.",
-)
-AT = click.option(
-    "--at",
-    "positions",
-    metavar="JOINT=X",
-    multiple=True,
-    callback=parsed_by(numbers),
-    help="Position of a motor, rad or m (default 0), or initial guess for another joint; may be repeated.",
-)
-VALUE = click.option(
-    "--value",
-    "values",
-    metavar="NAME=X",
-    multiple=True,
-    callback=parsed_by(numbers),
-    help="Value of a parameter; may be repeated.",
-)
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the results as one JSON object.")
-
-
 FORCE = click.option("--force", is_flag=True, help="Replace existing files.")
 
 
@@ -105,15 +182,15 @@ def writes(command: Command) -> Command:
 
     @FORCE
     @wraps(command)
-    def called(force: bool, **options: Any) -> Any:
-        from symoro_elastic.output_files import permission, refuse_file, refuse_folder
+    def called(force: bool, **given: Any) -> Any:
+        from symoro_elastic.foundation.output_files import permission, refuse_file, refuse_folder
 
         with permission([path for _, path in _paths(InputFile)], force):
             for place, path in _paths(OutputFile):
                 refuse_file(path, place)
             for place, path in _paths(OutputFolder):
                 refuse_folder(path, place)
-            return command(**options)
+            return command(**given)
 
     return called
 
@@ -128,56 +205,34 @@ def _paths(kind: type[click.Path]) -> Iterator[tuple[str, str]]:
             yield from ((place, path) for path in ([given] if isinstance(given, str) else given))
 
 
-@dataclass(frozen=True)
-class Plots:
-    """The folder that plots are drawn into, None where none are asked for, and the format of their files."""
+def _picture_formats() -> Iterable[str]:
+    from symoro_elastic.foundation.pictures import PICTURE_FORMATS
 
-    plots: str | None
-    picture: str | None
+    return PICTURE_FORMATS
+
+
+class Plots(Options):
+    """The folder that plots are drawn into, None without plots, and the format of their files."""
+
+    plots: str | None = option(None, "FOLDER", "Draw plots into this folder.", kinds.OUTPUT_FOLDER)
+    plot_format: str | None = option(
+        None, "NAME", "Format of the plots: {names} (default: png).", names=_picture_formats, formerly=("--picture",)
+    )
 
     def __post_init__(self) -> None:
-        if self.picture and not self.plots:
-            raise InputError("symoro-elastic", "--picture", "there are no plots: name their folder with --plots")
+        if self.plot_format:
+            from symoro_elastic.foundation.pictures import refuse_format
 
-    def write(self, plot: Callable[[str, str], list[Path]]) -> None:
-        """Draw by `plot(folder, form)` and name the files, where plots are asked for."""
+            refuse_format(self.plot_format)
+            if not self.plots:
+                what = "there are no plots: name their folder with --plots"
+                raise InputError("symoro-elastic", "--plot-format", what)
+
+    def write(self, draw: Callable[[], Figures]) -> None:
+        """Draw the figures, save them and print the names of the files, if plots are requested."""
         if self.plots:
-            print_written(self.plots, plot(self.plots, self.picture or "png"))
+            print_written(self.plots, draw().save(self.plots, self.plot_format or "png"))
 
 
-def _picture(form: str | None, _option: str) -> str | None:
-    """A format of pictures, or None."""
-    if form is not None:
-        from symoro_elastic.pictures import refuse_format
-
-        refuse_format(form)
-    return form
-
-
-PLOTS = click.option("--plots", metavar="FOLDER", type=OutputFolder(), help="Draw plots into this folder.")
-PICTURE = click.option(
-    "--picture",
-    metavar="NAME",
-    shell_complete=completion.PICTURES,
-    callback=parsed_by(_picture),
-    help="Format of the plots: png (default), svg or pdf.",
-)
-
-
-def draws(command: Command) -> Command:
-    """Add --plots and --picture to a command, which takes both as `plots`, a `Plots`."""
-    return PLOTS(PICTURE(gather("plots", Plots)(command)))
-
-
-def gather(name: str, record: type[Any]) -> Callable[[Command], Command]:
-    """Return a decorator that passes the options named as the fields of a dataclass as one argument."""
-
-    def decorate(command: Command) -> Command:
-        @wraps(command)
-        def called(**options: Any) -> Any:
-            own = {field.name: options.pop(field.name) for field in fields(record) if field.name in options}
-            return command(**options, **{name: record(**own)})
-
-        return called
-
-    return decorate
+draws = takes(Plots, "plots")
+"""Add --plots and --plot-format to a command, which takes both as `plots`."""

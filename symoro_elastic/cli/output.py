@@ -1,18 +1,31 @@
-"""What a command prints: tables, figures as JSON, progress."""
+"""What a command prints: tables, results as JSON, progress."""
 
 from __future__ import annotations
 
 import json
 import sys
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
 if TYPE_CHECKING:
-    from symoro_elastic.results import Part, Result
+    from symoro_elastic.foundation.results import Table
+
+if TYPE_CHECKING:
+    from symoro_elastic.foundation.results import Part, Result, Table
+
+GLUE = "\N{NO-BREAK SPACE}"
+KEPT_TOGETHER = 24
+"""Most characters between two commas that are kept in one line if the width allows."""
+WIDE, NARROW = 3, 2
+"""Characters that each column takes beside its text, and one more for the table."""
+FEWEST = 8
+"""Least width of what stands beside the first columns."""
 
 PIPED = 160
 """Width of tables that no terminal shows."""
@@ -30,24 +43,22 @@ def line_width() -> int:
     return Console().width if _is_terminal(sys.stdout) else PIPED
 
 
-def print_table(table: Any, title: str = "", keys: int = 1) -> None:
-    """A table of rich on standard output, as several of them, each with the first `keys` columns, where it is too wide.
+def print_table(table: Table) -> None:
+    """A table on standard output, as several of them, each with its first `keys` columns, where it is too wide.
 
     Nothing is cut; a pipe or a file has lines of up to 160 characters.
     """
     from rich.console import Console
     from rich.text import Text
 
-    from symoro_elastic.reports.fitting import fitted
-
     class Output(Console):
         def on_broken_pipe(self) -> None:
             raise  # noqa: PLE0704  (the error that this handles, instead of exit code 1)
 
     console = Output(highlight=False, width=line_width())
-    for part, one in enumerate(fitted(table, console.width, keys)):
-        one.title = Text(title, style="table.title") if title and not part else None
-        console.print(one)
+    for k, part in enumerate(fit_tables(table, console.width)):
+        part.title = Text(table.title, style="table.title") if table.title and not k else None
+        console.print(part)
 
 
 def print_parts(parts: Sequence[Part]) -> None:
@@ -56,11 +67,11 @@ def print_parts(parts: Sequence[Part]) -> None:
         if isinstance(part, str):
             click.echo(part)
         else:
-            print_table(part.table, part.title, part.keys)
+            print_table(part)
 
 
 def print_result(result: Result, as_json: bool, **written: Any) -> None:
-    """A result on standard output, or its figures and what was `written` as JSON."""
+    """A result on standard output, or its values and what was `written` as JSON."""
     if as_json:
         print_json({**result.as_json(), **written})
     else:
@@ -69,7 +80,7 @@ def print_result(result: Result, as_json: bool, **written: Any) -> None:
 
 def write_text(text: str, out: str) -> None:
     """Save a text; raises `InputError` where the file cannot be written."""
-    from symoro_elastic import output_files
+    from symoro_elastic.foundation import output_files
 
     output_files.write_text(text, out)
 
@@ -79,14 +90,14 @@ def _is_terminal(stream: TextIO | None) -> bool:
 
 
 @contextmanager
-def counted(step: str) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(step: str) -> Iterator[Callable[[int, int], None]]:
     """A progress bar on a terminal's stderr, and nothing elsewhere."""
-    with staged(step) as (_, progress):
+    with staged_progress(step) as (_, progress):
         yield progress
 
 
 @contextmanager
-def staged(first: str = "read") -> Iterator[tuple[Callable[[str], None], Callable[[int, int], None]]]:
+def staged_progress(first: str = "read") -> Iterator[tuple[Callable[[str], None], Callable[[int, int], None]]]:
     """A progress bar on a terminal's stderr, and nothing elsewhere: callbacks that name a stage, and count its work."""
     if not _is_terminal(sys.stderr):
         yield lambda _: None, lambda _done, _total: None
@@ -132,7 +143,7 @@ def steps() -> Iterator[Callable[[str], None]]:
 def save_arrays(result: Result, out: str | None, as_json: bool) -> None:
     """Save the arrays of a result to `out`, if given, and say so; on stderr beside JSON."""
     if out:
-        from symoro_elastic.vibration.export import save_arrays
+        from symoro_elastic.analysis.vibration.export import save_arrays
 
         save_arrays(result.arrays(), out)
         click.echo(f"wrote {out}", err=as_json)
@@ -141,3 +152,124 @@ def save_arrays(result: Result, out: str | None, as_json: bool) -> None:
 def print_written(folder: str, written: Sequence[Path]) -> None:
     """Name the files written to a folder, on stderr."""
     click.echo(f"wrote {folder}: {', '.join(path.name for path in written)}", err=True)
+
+
+# Tables that fit the width of a terminal: nothing is cut, no name or number is broken that fits in a line.
+#
+# A table that is too wide has lines wrapped between words, or its columns in several tables below each other, each of
+# which begins with the first columns: whichever takes fewer lines.
+@dataclass(frozen=True)
+class Column:
+    """Heading, cells, and the width at which they are wrapped."""
+
+    heading: str
+    cells: tuple[str, ...]
+    width: int = 0
+    together: bool = True
+
+    @property
+    def natural(self) -> int:
+        """The width at which nothing is wrapped."""
+        return max(map(len, (self.heading, *self.cells)))
+
+    @property
+    def least(self) -> int:
+        """The width at which no word is broken."""
+        words = [self.heading.split(), *(_glued(cell, self.together).split(" ") for cell in self.cells)]
+        return max((len(word) for line in words for word in line), default=0)
+
+    def lines(self, text: str) -> list[str]:
+        """A text in lines of this width; words that are longer are broken."""
+        glued = _glued(text, self.together)
+        fits = all(len(word) <= self.width for word in glued.split(" "))
+        wrapped = textwrap.wrap(glued if fits else text, self.width, break_on_hyphens=False)
+        return [line.replace(GLUE, " ") for line in wrapped] or [""]
+
+    def height(self, row: int) -> int:
+        """Lines of one cell."""
+        return len(self.lines(self.cells[row]))
+
+
+def fit_tables(table: Table, width: int) -> list[Any]:
+    """Return a table as one or more of rich of at most `width` characters; its `keys` columns are repeated in each.
+
+    Columns without any text are left out, and so is a table without rows.
+    """
+    columns = [Column(head, cells) for head, cells in table.columns if any(cells)]
+    if not columns:
+        return []
+    if sum(column.natural + WIDE for column in columns) < width:
+        return [_table([replace(column, width=column.natural) for column in columns], WIDE)]
+    layouts = [layout for layout in _layouts(columns, width, min(table.keys, len(columns) - 1)) if layout]
+    return [_table(part, NARROW) for part in min(layouts, key=_height)]
+
+
+def _layouts(columns: Sequence[Column], width: int, keys: int) -> Iterator[list[list[Column]]]:
+    """Ways to print columns: one table, words kept together or not; several tables, which is always possible."""
+    for together in (True, False):
+        one = _shared([replace(column, together=together) for column in columns], width)
+        yield [one] if one else []
+    yield _parts(columns, width, keys)
+
+
+def _shared(columns: Sequence[Column], width: int) -> list[Column]:
+    """Columns that share a line, none narrower than its longest word; empty where there is no room."""
+    widths = [column.least for column in columns]
+    spare = width - 1 - sum(w + NARROW for w in widths)
+    if spare < 0:
+        return []
+    for _ in range(spare):
+        k = max(range(len(columns)), key=lambda k: columns[k].natural / max(widths[k], 1))
+        widths[k] += widths[k] < columns[k].natural
+    return [replace(column, width=max(w, 1)) for column, w in zip(columns, widths, strict=True)]
+
+
+def _parts(columns: Sequence[Column], width: int, keys: int) -> list[list[Column]]:
+    """Columns of several tables, the first `keys` of them in each."""
+    first = _keys(columns[:keys], width // 2)
+    room = width - 1 - sum(column.width + NARROW for column in first)
+    parts: list[list[Column]] = []
+    left = -1
+    for column in columns[keys:]:
+        wanted = replace(column, width=min(column.natural, max(room - NARROW, FEWEST)))
+        if left < wanted.width + NARROW:
+            parts.append(list(first))
+            left = room
+        parts[-1].append(wanted)
+        left -= wanted.width + NARROW
+    return parts or [first]
+
+
+def _keys(columns: Sequence[Column], width: int) -> list[Column]:
+    """The columns that stand in each table: within the width or, so that no word is broken, a little more."""
+    share = width // max(len(columns), 1) - NARROW
+    loose = [replace(column, together=False) for column in columns]
+    unbroken = [max(column.least, min(column.natural, share)) for column in loose]
+    fits = sum(unbroken) <= 3 * width // 2
+    return [replace(c, width=w if fits else min(w, share)) for c, w in zip(loose, unbroken, strict=True)]
+
+
+def _height(layout: Sequence[Sequence[Column]]) -> int:
+    """Lines of all tables of a layout, with four for the head of each."""
+    return sum(4 + sum(max(c.height(row) for c in part) for row in range(len(part[0].cells))) for part in layout)
+
+
+def _glued(text: str, together: bool) -> str:
+    """A text with spaces that do not break where a name, a sign and a number belong together."""
+    if not together:
+        return text
+    pieces = text.replace(" = ", f"{GLUE}={GLUE}").split(", ")
+    return ", ".join(piece.replace(" ", GLUE) if len(piece) <= KEPT_TOGETHER else piece for piece in pieces)
+
+
+def _table(columns: Sequence[Column], beside: int) -> Any:
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1) if beside == WIDE else (0, 1, 0, 0), pad_edge=beside == WIDE)
+    for column in columns:
+        table.add_column(Text("\n".join(column.lines(column.heading))), width=column.width, no_wrap=True)
+    for row in range(len(columns[0].cells)):
+        table.add_row(*(Text("\n".join(column.lines(column.cells[row]))) for column in columns))
+    return table

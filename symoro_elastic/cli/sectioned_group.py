@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.cli.options import DeclaredOption
+from symoro_elastic.foundation.errors import InputError
 
 
 class Failure(Exception):
@@ -55,6 +56,8 @@ class SectionedGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the command and its arguments; raises `InputError` for an option that is given twice."""
         name, command, given = super().resolve_command(ctx, args)
+        if command:
+            given = _renamed(command, given)
         if command and not ctx.resilient_parsing:
             _refuse_repeated(command, given, click.Context(command, ctx, name))
         return name, command, given
@@ -67,6 +70,23 @@ class SectionedGroup(click.Group):
                 limit = formatter.width - 6 - width
                 rows = [(name.ljust(width), self.commands[name].get_short_help_str(limit)) for name in names]
                 formatter.write_dl(rows)
+
+
+def _renamed(command: click.Command, given: list[str]) -> list[str]:
+    """Return the words of a command line with the options' present names; former ones are reported on stderr."""
+    rows = [one.row for one in command.params if isinstance(one, DeclaredOption)]
+    former = {old.partition("=")[0]: (row.flag, old) for row in rows for old in row.formerly if old.startswith("--")}
+    end = given.index("--") if "--" in given else len(given)
+    words: list[str] = []
+    for word in given[:end]:
+        name, equals, value = word.partition("=")
+        if name not in former:
+            words.append(word)
+            continue
+        flag, old = former[name]
+        words += [f"{flag}{old.removeprefix(name)}" if "=" in old else f"{flag}{equals}{value}"]
+        click.echo(f"note: {name} is now {words[-1].partition('=')[0] if '=' not in old else words[-1]}", err=True)
+    return [*words, *given[end:]]
 
 
 def _refuse_repeated(command: click.Command, given: list[str], ctx: click.Context) -> None:

@@ -1,74 +1,35 @@
-"""The command simulate: motions of a machine over time, with the error of their steps measured."""
+"""Commands about motions of a scene: simulate, ladder."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli import completion
-from symoro_elastic.cli.options import JSON, MACHINE, VALUE, InputFile, OutputFile, Plots, draws, gather, writes
-from symoro_elastic.cli.output import print_json, print_parts, staged
-from symoro_elastic.cli.parsing import Number, numbers, parsed_by
-from symoro_elastic.cli.reading import read, scene_of
-from symoro_elastic.errors import InputError
+from symoro_elastic.api import kinds
+from symoro_elastic.api.declaration import Options, option, part
+from symoro_elastic.api.options import Climbing, Integrating, Simulating
+from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
+from symoro_elastic.cli.output import print_json, print_parts, print_table, staged_progress, write_text
+from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
-    from symoro_elastic.api.motions import Integration, Plan
-    from symoro_elastic.machine.wanted import Wanted
-    from symoro_elastic.simulation.simulated import Simulation
-
-
-@dataclass(frozen=True)
-class Steps:
-    """How to integrate: even steps of a method, or steps that are adapted and find events."""
-
-    method: str | None
-    step: float | None
-    adaptive: bool
-    events: Mapping[str, float]
-    stop: bool
-
-    @property
-    def integration(self) -> Integration:
-        """The integration."""
-        from symoro_elastic.api.motions import Integration
-
-        return Integration(self.method, self.step, self.adaptive, self.events, self.stop)
+    from symoro_elastic.analysis.ladder.rung import Ladder
+    from symoro_elastic.analysis.simulation.simulated import Simulation
+    from symoro_elastic.api.motions import Plan
+    from symoro_elastic.foundation.pictures import Figures
+    from symoro_elastic.machine.described import DescribedMachine, Wanted
+    from symoro_elastic.machine.scene import Scene
 
 
 @click.command()
 @MACHINE
-@click.option(
-    "--scene",
-    metavar="FILE",
-    type=InputFile(),
-    help="TOML file with [motion], or several, [wanted] and [scene] (default: those of MACHINE).",
-)
-@gather("integration", Steps)
-@click.option(
-    "--method",
-    metavar="NAME",
-    shell_complete=completion.METHODS,
-    help="Method of even steps: w3, w2, rk4, rodas4 or midpoint (default: the cheapest by prediction).",
-)
-@click.option("--step", type=Number(), metavar="S", help="Step, s (default: the longest that is exact enough).")
-@click.option("--adaptive", is_flag=True, help="Steps of scipy's DOP853 or Radau, adapted to the motion.")
-@click.option(
-    "--event",
-    "events",
-    metavar="JOINT.q=X",
-    multiple=True,
-    callback=parsed_by(numbers),
-    help="Time at which a joint's position (.q) or velocity (.qd) crosses a level; may be repeated.",
-)
-@click.option("--stop", is_flag=True, help="End the motion at the first event.")
-@VALUE
+@takes(Simulating)
 @click.option(
     "--out",
     metavar="FILE",
@@ -78,36 +39,36 @@ class Steps:
 @draws
 @writes
 @JSON
-def simulate(
-    machine: str,
-    scene: str | None,
-    integration: Steps,
-    values: dict[str, float],
-    out: str | None,
-    plots: Plots,
-    as_json: bool,
-) -> int:
+def simulate(machine: str, options: Simulating, out: str | None, plots: Plots, as_json: bool) -> int:
     """Simulate the motions of a scene with a measured error.
 
     The motors of MACHINE do what [motion] says, under servos or exactly; springs follow. Method and step are predicted
     from the tolerances of [wanted] (else a thousandth of the largest deviation from the motion without springs), the
     error is measured by halving the step. Exit code 1 where it is above a tolerance of [wanted].
     """
-    from symoro_elastic.simulation.plots import plot_simulations
-    from symoro_elastic.time_series.writing import write_columns
+    from symoro_elastic.analysis.time_series.writing import write_columns
 
     with _interruptible():
-        planned = _planned(machine, scene, integration.integration, values)
+        planned = _planned(machine, options)
         paths = _numbered(out, len(planned.references)) if out else []
-        found = []
+        simulated = []
         for reference in planned.references:
-            with staged("predict") as (announce, progress):
-                found.append(planned.run(reference, announce, progress))
-    for path, one in zip(paths, found, strict=False):
+            with staged_progress("predict") as (announce, progress):
+                simulated.append(planned.run(reference, announce, progress))
+    for path, one in zip(paths, simulated, strict=False):
         write_columns(one.arrays(), path)
-    _print(found, planned.wanted, paths, as_json)
-    plots.write(partial(plot_simulations, found))
-    return int(bool(planned.request.tolerance) and not all(one.is_within for one in found))
+    _print(simulated, planned.wanted, paths, as_json)
+    plots.write(partial(_figures, simulated))
+    return int(bool(planned.request.tolerance) and not all(one.is_within for one in simulated))
+
+
+def _figures(found: Sequence[Simulation]) -> Figures:
+    """Return the plots of all motions, numbered where there are several."""
+    from symoro_elastic.foundation.pictures import Figures
+
+    if len(found) == 1:
+        return found[0].plot()
+    return Figures({f"{name}_{k}": x for k, one in enumerate(found, 1) for name, x in one.plot().items()})
 
 
 @contextmanager
@@ -116,25 +77,27 @@ def _interruptible() -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        click.echo("note: interrupted, nothing was written", err=True)
+        note("interrupted, nothing was written")
         raise
 
 
-def _planned(machine: str, scene: str | None, integration: Integration, values: Mapping[str, float]) -> Plan:
+def _planned(machine: str, options: Simulating) -> Plan:
     """Return the motions of a scene, of a machine whose joints the scene locks, and how they are simulated."""
     from symoro_elastic.api.motions import plan
 
-    source = scene or machine
+    source = str(options.scene or machine)
     whole = read(machine)
-    scene_of(whole, scene)
+    scene_of(whole, options.scene)
     if Path(source).suffix.lower() != ".toml":
-        raise InputError(source, "motion", "no motion can stand here: give --scene FILE with a table [motion]")
-    return plan(whole, scene, integration, values)
+        raise InputError(
+            source, "motion", "only a .toml file can hold a motion: give --scene FILE with a table [motion]"
+        )
+    return plan(whole, options.scene, part(Integrating, options), options.values)
 
 
 def _numbered(out: str, count: int) -> list[str]:
     """Return a file for each motion; raises `InputError` for those that cannot be written."""
-    from symoro_elastic.time_series.writing import refuse_file
+    from symoro_elastic.analysis.time_series.writing import refuse_file
 
     path = Path(out)
     numbered = [str(path.with_stem(f"{path.stem}_{k}")) for k in range(1, count + 1)] if count > 1 else [out]
@@ -143,20 +106,84 @@ def _numbered(out: str, count: int) -> list[str]:
     return numbered
 
 
-def _print(found: Sequence[Simulation], wanted: Wanted | None, paths: Sequence[str], as_json: bool) -> None:
+def _print(simulated: Sequence[Simulation], wanted: Wanted | None, paths: Sequence[str], as_json: bool) -> None:
     if as_json:
         written = {"written": list(paths)} if paths else {}
-        name = found[0].reference.machine.name
-        print_json({"name": name, "motions": [one.as_json() for one in found], **written})
+        name = simulated[0].reference.machine.name
+        print_json({"name": name, "motions": [one.as_json() for one in simulated], **written})
     else:
-        for one in found:
+        for one in simulated:
             print_parts([*one.parts(), *_periods(one, wanted)])
     for path in paths:
         click.echo(f"wrote {path}", err=as_json)
 
 
-def _periods(found: Simulation, wanted: Wanted | None) -> list[str]:
-    from symoro_elastic.simulation.periods import period_line
+def _periods(simulated: Simulation, wanted: Wanted | None) -> list[str]:
+    from symoro_elastic.analysis.simulation.periods import period_line
 
-    line = period_line(wanted, found.trajectory.step, found.trajectory.seconds) if wanted and found.operations else ""
+    line = (
+        period_line(wanted, simulated.trajectory.step, simulated.trajectory.seconds)
+        if wanted and simulated.operations
+        else ""
+    )
     return [line] if line else []
+
+
+class ReducedScene(Options):
+    """Where the scene of the chosen rung is saved."""
+
+    save: str | None = option(
+        None, "FILE", "Save the scene of the chosen rung: .toml.", kinds.OUTPUT_FILE, formerly=("--out",)
+    )
+
+
+@click.command()
+@MACHINE
+@takes(Climbing)
+@takes(ReducedScene, "reduced")
+@draws
+@writes
+@JSON
+def ladder(machine: str, options: Climbing, reduced: ReducedScene, plots: Plots, as_json: bool) -> None:
+    """Find springs, method and step that a motion requires.
+
+    Errors of leaving springs out and of steps are predicted for every rung; the chosen one is simulated and measured.
+    """
+    from symoro_elastic.api import motions as api
+    from symoro_elastic.api.scenes import motions_of_scene
+
+    with staged_progress() as (announce, progress):
+        whole = read(machine, announce=announce)
+        asked = scene_of(whole, options.scene)
+        climbed = call(api.ladder, whole, options, announce=announce, progress=progress)
+    wanted = motions_of_scene(whole, options.scene).wanted
+    if as_json:
+        print_json(climbed.as_json())
+    else:
+        _print_ladder(climbed, str(options.scene or machine), wanted)
+    if reduced.save:
+        _write_reduced(climbed, whole, asked, wanted, reduced.save)
+    plots.write(climbed.plot)
+
+
+def _print_ladder(climbed: Ladder, scene: str, wanted: Wanted | None) -> None:
+    from symoro_elastic.analysis.ladder.views import advice, arithmetic_line, ladder_table, period_of, springs_table
+
+    for line in climbed.condensed:
+        note(line)
+    print_table(ladder_table(climbed, f"{climbed.machine.name}: what {scene} requires"))
+    if climbed.springs:
+        print_table(springs_table(climbed))
+    lines = [advice(climbed), period_of(climbed, wanted) if wanted else "", arithmetic_line(climbed)]
+    click.echo("\n".join(line for line in lines if line))
+
+
+def _write_reduced(climbed: Ladder, whole: DescribedMachine, asked: Scene, wanted: Wanted | None, path: str) -> None:
+    from symoro_elastic.analysis.ladder.rungs import reduced_scene
+    from symoro_elastic.analysis.ladder.views import advice
+    from symoro_elastic.formats.toml.writing import write_scene
+
+    motions = [reference.prescribed for reference in climbed.references]
+    reduced = reduced_scene(climbed, whole, asked)
+    write_text(write_scene(reduced, motions, wanted, [advice(climbed)]), path)
+    click.echo(f"wrote {path}", err=True)

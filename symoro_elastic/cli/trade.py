@@ -4,176 +4,130 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 import click
 
-from symoro_elastic.cli.options import (
-    BASE,
-    FOLD,
-    JSON,
-    MACHINE,
-    MERGE_ANGLES,
-    MODEL,
-    ONLY,
-    SCENE,
-    Plots,
-    draws,
-    gather,
-    writes,
-)
-from symoro_elastic.cli.output import counted, print_json, print_parts
-from symoro_elastic.cli.parsing import NumberRange, WholeRange, parsed_by
-from symoro_elastic.cli.reading import Selection
-from symoro_elastic.errors import InputError
+from symoro_elastic.api import kinds
+from symoro_elastic.api.declaration import Options, option, switch
+from symoro_elastic.api.options import Reading, Trading
+from symoro_elastic.cli.options import JSON, MACHINE, Plots, call, draws, takes, writes
+from symoro_elastic.cli.output import print_json, print_parts, progress_bar
+from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
+    from symoro_elastic.analysis.trade_off.advice import Advice
+    from symoro_elastic.analysis.trade_off.trade import Trade
+    from symoro_elastic.foundation.pictures import Figures
     from symoro_elastic.machine.machine import Machine
-    from symoro_elastic.machine.scene import Scene
-    from symoro_elastic.trade_off.advice import Advice
-    from symoro_elastic.trade_off.trade import Trade
 
 
-@dataclass(frozen=True)
-class Effort:
-    """How many builds are tried, at how many states, in how many rounds."""
-
-    level: str | None
-    states: int
-    extreme: bool
-    rounds: int
-    seed: int
-
-
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(Options):
     """The error that is accepted, and what may be recommended and printed."""
 
-    tolerance: float
-    fast_math: bool
-    points: bool
+    tolerance: float = option(1e-12, "X", "Relative error that is accepted.", kinds.NUMBER, above=0)
+    fast_math: bool = switch("Allow -ffast-math in the advice: NaN and order of sums are not kept.")
+    points: bool = switch("Print every build, not the Pareto front only.")
 
-
-def finite_tolerance(tolerance: float, option: str) -> float:
-    """A tolerance that is a number."""
-    if not tolerance < float("inf"):
-        raise InputError("symoro-elastic", option, f"{tolerance} is no relative error: give a number such as 1e-6")
-    return tolerance
+    def __post_init__(self) -> None:
+        if not self.tolerance < float("inf"):
+            what = f"{self.tolerance} is not a relative error: give a number such as 1e-6"
+            raise InputError("symoro-elastic", "--tolerance", what)
 
 
 @click.command()
 @MACHINE
-@gather("selection", Selection)
-@gather("effort", Effort)
-@gather("verdict", Verdict)
-@MODEL
-@FOLD
-@BASE
-@ONLY
-@SCENE
-@MERGE_ANGLES
-@click.option(
-    "--tolerance",
-    default=1e-12,
-    show_default=True,
-    metavar="X",
-    type=NumberRange(0, min_open=True),
-    callback=parsed_by(finite_tolerance),
-    help="Relative error that is accepted.",
-)
-@click.option("--quick", "level", flag_value="quick", help="Try one compiler with its best flags.")
-@click.option("--all", "level", flag_value="all", help="Try every combination, however long it takes.")
-@click.option("--extreme", is_flag=True, help="Measure at extreme states instead of moderate ones.")
-@click.option(
-    "--states",
-    default=20_000,
-    show_default=True,
-    type=WholeRange(1, 1_000_000),
-    help="States to measure errors at; more make the bound at other states tighter.",
-)
-@click.option("--rounds", default=15, show_default=True, type=WholeRange(1, 10_000), help="Rounds of timing.")
-@click.option("--seed", default=0, show_default=True, type=WholeRange(0), help="Seed of the random states.")
-@click.option("--fast-math", is_flag=True, help="Allow -ffast-math in the advice: NaN and order of sums are not kept.")
-@click.option("--points", is_flag=True, help="Print every build, not the Pareto front only.")
+@takes(Trading)
+@takes(Reading, "reading", "base")
+@takes(Verdict, "verdict")
 @draws
 @writes
 @JSON
-def trade(
-    machine: str,
-    selection: Selection,
-    effort: Effort,
-    verdict: Verdict,
-    plots: Plots,
-    as_json: bool,
-) -> None:
+def trade(machine: str, options: Trading, reading: Reading, verdict: Verdict, plots: Plots, as_json: bool) -> None:
     """Measure speed and accuracy, recommend the fastest build.
 
     Precisions, compilers and flags, batches, base parameters, constants: each point on this computer. An error is
     relative to the largest entry of a result, in units u of half an ulp of 1 in the precision at hand; inputs are in
-    double, rounding them counts. What is recommended keeps the tolerance at 100 000 states that were not tried, with
+    double, their rounding is included. The recommended build is within the tolerance at 100 000 further states, with
     95 % confidence: a bound from the tail of the errors measured. Where the scene has a motion and tolerances, a
     line says what the ladder predicts for it.
     """
-    from symoro_elastic.trade_off.plots import plot
-    from symoro_elastic.trade_off.tables import trade_json
+    from symoro_elastic.analysis.trade_off.views import trade_json
 
-    given, scene = selection.read(machine)
-    found = _found(given, scene, effort)
-    words = [machine, *selection.as_words()]
-    plots.write(partial(plot, found, with_fast_math=verdict.fast_math))
+    whole = read(machine, reading)
+    scene_of(whole, options)
+    measured = _measured(whole, options)
+    words = [machine, *_as_words(options, reading.base)]
+    plots.write(partial(_figures, measured, verdict.fast_math))
     failed, advised = None, None
     try:
-        advised = found.advice(verdict.tolerance, fast_math=verdict.fast_math)
+        advised = measured.advice(verdict.tolerance, fast_math=verdict.fast_math)
     except InputError as error:
         failed = error
-    quoted = _quoted_ladder(given, selection.scene)
+    quoted = _quoted_ladder(whole, str(options.scene) if options.scene else None)
     if as_json:
-        print_json(trade_json(found, advised, words, verdict.fast_math) | {"ladder": quoted or None})
+        print_json(trade_json(measured, advised, words, verdict.fast_math) | {"ladder": quoted or None})
     else:
-        _print(found, advised, words, verdict)
+        _print(measured, advised, words, verdict)
         if quoted:
-            click.echo(f"ladder of {selection.scene}: {quoted}")
+            click.echo(f"ladder of {options.scene}: {quoted}")
     if failed:
         raise failed
 
 
+def _figures(measured: Trade, with_fast_math: bool) -> Figures:
+    from symoro_elastic.analysis.trade_off.plots import pictures
+    from symoro_elastic.foundation.pictures import Figures
+
+    return Figures(pictures(measured, with_fast_math))
+
+
+def _as_words(options: Trading, base: bool) -> list[str]:
+    """Return the options as `generate` takes them, without models and merged angles."""
+    words = [word for name in options.fold for word in ("--fold", name)] + ["--base"] * base
+    outputs = [(model, name) for model, names in (options.only or {}).items() for name in names]
+    words += [word for model, name in outputs for word in ("--only", _request(model, name))]
+    return [*words, *(["--scene", str(options.scene)] if options.scene else [])]
+
+
+def _request(model: str, name: str) -> str:
+    return f"{model} {name}" if name.startswith("by ") else f"{model}={name}"
+
+
 def _quoted_ladder(machine: Machine, scene: str | None) -> str:
     """Return a line of the ladder of the motion in a scene file; empty where it has none, or none that can be made."""
+    from symoro_elastic.analysis.ladder.views import predicted_line
     from symoro_elastic.api import motions as api
-    from symoro_elastic.model_ladder.tables import predicted_line
 
     try:
-        found = api.predicted_ladder(machine, scene) if scene else None
+        predicted = api.predicted_ladder(machine, scene) if scene else None
     except InputError as error:
-        click.echo(f"note: no ladder: {error}", err=True)
+        note(f"no ladder: {error}")
         return ""
-    return predicted_line(found) if found else ""
+    return predicted_line(predicted) if predicted else ""
 
 
-def _found(machine: Machine, scene: Scene, effort: Effort) -> Trade:
+def _measured(machine: Machine, options: Trading) -> Trade:
     from symoro_elastic.api import models as api
 
     with ExitStack() as shown:
 
         def progress(step: str) -> Callable[[int, int], None]:
             shown.close()
-            return shown.enter_context(counted(step))
+            return shown.enter_context(progress_bar(step))
 
-        return api.trade(
-            machine, scene=scene, effort=effort.level or "usual", states=effort.states, extreme=effort.extreme,
-            rounds=effort.rounds, seed=effort.seed, watched=progress,
-        )  # fmt: skip
+        return call(api.trade, machine, options, watched=progress)
 
 
-def _print(found: Trade, advised: Advice | None, words: Sequence[str], verdict: Verdict) -> None:
-    from symoro_elastic.trade_off.advice import commands, sentence
-    from symoro_elastic.trade_off.tables import trade_parts
+def _print(measured: Trade, advised: Advice | None, words: Sequence[str], verdict: Verdict) -> None:
+    from symoro_elastic.analysis.trade_off.advice import commands, sentence
+    from symoro_elastic.analysis.trade_off.views import trade_parts
 
-    print_parts(trade_parts(found, verdict.fast_math, verdict.points))
-    for note in found.notes:
-        click.echo(f"note: {note}", err=True)
+    print_parts(trade_parts(measured, verdict.fast_math, verdict.points))
+    for line in measured.notes:
+        note(line)
     if advised:
         click.echo(sentence(advised))
         click.echo("\n".join(f"  {line}" for line in commands(advised.fastest, words)))

@@ -1,180 +1,166 @@
-"""Commands about vibration: linearize, modes, response."""
+"""Commands about vibration and control: linearize, modes, response, compare, feed-forward."""
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import click
 
-from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, draws, writes
-from symoro_elastic.cli.output import counted, print_result, save_arrays, steps
-from symoro_elastic.cli.parsing import Number, band, grid, parsed_by
-from symoro_elastic.cli.reading import read_restricted
-from symoro_elastic.cli.situation import Situation, takes_situation
-
-INPUT = click.option(
-    "--input",
-    "inputs",
-    metavar="NAME",
-    multiple=True,
-    help="Input: motor_x.tau, tool.fx ... tool.mz (default: all motors); may be repeated.",
-)
-OUTPUT = click.option(
-    "--output",
-    "outputs",
-    metavar="NAME",
-    multiple=True,
-    help="Output: motor_x.q, tool.x, tool.vx, tool.ax, 'tool at (0.1, 0, L2).rz' ... (default: encoders of the "
-    "motors); may be repeated.",
-)
+from symoro_elastic.api import kinds
+from symoro_elastic.api.declaration import Options, option
+from symoro_elastic.api.options import Comparing, Following, Linearizing, Oscillating, Responding
+from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
+from symoro_elastic.cli.output import print_result, progress_bar, save_arrays, steps
+from symoro_elastic.cli.reading import read, scene_of
 
 
 @click.command()
 @MACHINE
-@takes_situation
-@INPUT
-@OUTPUT
+@takes(Linearizing)
 @click.option("--out", metavar="FILE", type=OutputFile(), help="Save the matrices: .npz, .mat or .m.")
 @writes
 @JSON
-def linearize(
-    machine: str,
-    situation: Situation,
-    inputs: tuple[str, ...],
-    outputs: tuple[str, ...],
-    out: str | None,
-    as_json: bool,
-) -> None:
+def linearize(machine: str, options: Linearizing, out: str | None, as_json: bool) -> None:
     """Linearize MACHINE about an equilibrium or a state.
 
     Gives M, D, K of small motions and A, B, C, D of the state space.
     """
-    from symoro_elastic.vibration.export import refuse_linearization_file, save_linearization
+    from symoro_elastic.analysis.vibration.export import refuse_linearization_file, save_linearization
+    from symoro_elastic.api import vibrations
 
     if out:
         refuse_linearization_file(out)
     with steps() as step:
         step("linearize")
-        found = situation.linearization(machine, inputs, outputs)
+        whole = read(machine)
+        scene_of(whole, options.scene)
+        linear = call(vibrations.linearize, whole, options)
     if out:
-        save_linearization(found, out)
-    print_result(found, as_json, **({"written": out} if out else {}))
+        save_linearization(linear, out)
+    print_result(linear, as_json, **({"written": out} if out else {}))
     if out and not as_json:
         click.echo(f"wrote {out}")
 
 
+class Path(Options):
+    """Positions that modes are followed along."""
+
+    along: Mapping[str, Sequence[float]] = option(
+        {}, "JOINT=LOW:HIGH:COUNT", "Positions of a joint, along which the modes are followed.", kinds.GRID,
+        formerly=("--over",),
+    )  # fmt: skip
+
+
 @click.command()
 @MACHINE
-@takes_situation
-@click.option(
-    "--over",
-    metavar="JOINT=LOW:HIGH:COUNT",
-    multiple=True,
-    callback=parsed_by(grid),
-    help="Positions of a joint to compute the modes at; may be repeated.",
-)
+@takes(Path, "path")
+@takes(Oscillating)
 @click.option("--out", metavar="FILE", type=OutputFile(), help="Save the modes: .npz or .mat.")
 @draws
 @writes
 @JSON
-def modes(
-    machine: str,
-    situation: Situation,
-    over: dict[str, list[float]],
-    out: str | None,
-    plots: Plots,
-    as_json: bool,
-) -> None:
+def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots: Plots, as_json: bool) -> None:
     """Compute natural frequencies, mode shapes, sensitivities.
 
     Names the springs and the bodies that store the energy of each mode.
     """
-    from symoro_elastic.vibration.export import refuse_file
+    from symoro_elastic.analysis.vibration.export import refuse_file
+    from symoro_elastic.api import vibrations
 
     if out:
         refuse_file(out)
-    if over:
-        _modes_over(machine, situation, over, out, plots, as_json)
-    else:
-        _modes_at(machine, situation, out, plots, as_json)
-
-
-def _modes_at(machine: str, situation: Situation, out: str | None, plots: Plots, as_json: bool) -> None:
-    """`modes` at one position."""
-    from symoro_elastic.api.vibrations import modes_of
-    from symoro_elastic.vibration.plots import plot_modes
-
-    with steps() as step:
-        step("modes")
-        found = modes_of(situation.linearization(machine))
-    print_result(found, as_json)
-    save_arrays(found, out, as_json)
-    plots.write(partial(plot_modes, found))
-
-
-def _modes_over(
-    machine: str,
-    situation: Situation,
-    over: dict[str, list[float]],
-    out: str | None,
-    plots: Plots,
-    as_json: bool,
-) -> None:
-    """`modes --over`."""
-    from symoro_elastic.api.vibrations import modes_over
-    from symoro_elastic.vibration.plots import plot_tracked
-
-    with counted("modes") as progress:
-        found = modes_over(read_restricted(machine), over, situation.point, situation.values, progress)
-    print_result(found, as_json)
-    save_arrays(found, out, as_json)
-    plots.write(partial(plot_tracked, found))
+    whole = read(machine)
+    scene_of(whole, options.scene)
+    with progress_bar("modes") as progress:
+        tracked = vibrations.modes_along(whole, path.along, options, progress) if path.along else None
+        result: Any = tracked or call(vibrations.modes, whole, options)
+    print_result(result, as_json)
+    save_arrays(result, out, as_json)
+    plots.write(tracked.plot if tracked else result.plot)
 
 
 @click.command()
 @MACHINE
-@takes_situation
-@INPUT
-@OUTPUT
-@click.option(
-    "--frequencies",
-    metavar="LOW:HIGH[:COUNT]",
-    callback=parsed_by(band),
-    help="Frequencies, Hz, on a logarithmic scale (default: around all poles).",
-)
-@click.option(
-    "--damping", default=0.0, type=Number(), metavar="RATIO", help="Damping ratio added to every mode: 0.01 is 1 %."
-)
+@takes(Responding)
 @click.option("--out", metavar="FILE", type=OutputFile(), help="Save the response: .csv, .npz or .mat.")
 @draws
 @writes
 @JSON
-def response(
-    machine: str,
-    situation: Situation,
-    inputs: tuple[str, ...],
-    outputs: tuple[str, ...],
-    frequencies: tuple[float, float, int] | tuple[()],
-    damping: float,
-    out: str | None,
-    plots: Plots,
-    as_json: bool,
-) -> None:
+def response(machine: str, options: Responding, out: str | None, plots: Plots, as_json: bool) -> None:
     """Compute frequency responses, poles and zeros.
 
     From motors or forces on frames to encoders or motions of frames.
     """
-    from symoro_elastic.api.vibrations import response_of
-    from symoro_elastic.vibration import export
-    from symoro_elastic.vibration.plots import plot_response
+    from symoro_elastic.analysis.vibration import export
+    from symoro_elastic.api import vibrations
 
     if out:
         export.refuse_file(out, export.RESPONSE_FILES)
     with steps() as step:
         step("response")
-        found = response_of(situation.linearization(machine, inputs, outputs), None, damping, frequencies)
-    print_result(found, as_json)
+        whole = read(machine)
+        scene_of(whole, options.scene)
+        result = call(vibrations.response, whole, options)
+    print_result(result, as_json)
     if out:
-        export.save_response(found, out)
+        export.save_response(result, out)
         click.echo(f"wrote {out}", err=as_json)
-    plots.write(partial(plot_response, found))
+    plots.write(result.plot)
+
+
+@click.command()
+@MACHINE
+@takes(Comparing)
+@draws
+@writes
+@JSON
+def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> None:
+    """Compare the full model with reduced and rigid models.
+
+    Errors in frequencies, torques and elastic accelerations of Spong's reduced model and of the rigid limit,
+    on a motion.
+    """
+    from symoro_elastic.api import vibrations
+
+    whole = read(machine)
+    scene_of(whole, options.scene)
+    with progress_bar("springs follow") as progress:
+        result = call(vibrations.compare, whole, options, progress=progress)
+    print_result(result, as_json)
+    plots.write(result.plot)
+
+
+@click.command("feed-forward")
+@MACHINE
+@takes(Following)
+@click.option("--out", metavar="FILE", type=OutputFile(), help="Save torques and motion of all joints: .csv or .npz.")
+@draws
+@writes
+@JSON
+def feed_forward(machine: str, options: Following, out: str | None, plots: Plots, as_json: bool) -> None:
+    """Compute torques that make the load follow a trajectory.
+
+    Motor torques of MACHINE, those of the full elastic model: the load, beyond the springs, follows the reference
+    trajectory. They need its derivatives: two, and two more for each spring in a row. Springs may have damping.
+    Behind a gear or a screw the trajectory of a motor is that of the last joint of its drive.
+    Springs that are not behind a motor on its axis are left out; the command prints the resulting error.
+    Where motors follow from loops, as in a delta, the trajectory is that of the independent joints (y_<joint>).
+    """
+    from symoro_elastic.analysis.time_series.writing import CSV, NPZ
+    from symoro_elastic.analysis.vibration import export
+    from symoro_elastic.analysis.vibration.feed_forward import save_feed_forward
+    from symoro_elastic.api import vibrations
+
+    if out:
+        export.refuse_file(out, (CSV, NPZ))
+    whole = read(machine)
+    scene_of(whole, options.scene)
+    with steps() as step:
+        step("feed-forward")
+        result = call(vibrations.feed_forward, whole, options)
+    print_result(result, as_json, **({"written": out} if out else {}))
+    if out:
+        save_feed_forward(result, out)
+        click.echo(f"wrote {out}", err=as_json)
+    plots.write(result.plot)

@@ -42,7 +42,7 @@ PYTHON = Dialect(
 )
 
 
-def numbered(names: Iterable[str]) -> Indices:
+def positions_by_name(names: Iterable[str]) -> Indices:
     """Position of each name, as text."""
     return {name: str(k) for k, name in enumerate(names)}
 
@@ -87,10 +87,10 @@ class Writer:
         right = self.printer.right_side(statement) + self.dialect.end
         if len(head) + len(right) <= LINE:
             return head + right
-        return self.dialect.continued(head, broken(right))
+        return self.dialect.continued(head, break_sum(right))
 
 
-def broken(text: str) -> list[str]:
+def break_sum(text: str) -> list[str]:
     """A long sum cut before its signs, at the outermost level that is short enough."""
     parts, depth, start, last = [], 0, 0, 0
     for position, character in enumerate(text):

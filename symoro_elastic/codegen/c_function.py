@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symoro_elastic.codegen.body import C, Dialect, Indices, Writer, numbered
+from symoro_elastic.codegen.body import C, Indices, Writer, positions_by_name
 from symoro_elastic.codegen.c_constants import Literals, declaration
 from symoro_elastic.codegen.c_lines import INDENT, statement
 from symoro_elastic.codegen.c_printers import CPrinter, Form, angles_of, printer_of
@@ -23,8 +23,8 @@ from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Statement, by_section
 
 SINCOS = ("sine", "cosine")
-PER_JOINT, PER_MOTOR, PER_DEPENDENT = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor"), ("q_dep", "q_dep_out")
-"""Arrays with an entry for each joint whose variable is independent, each motor, each joint that follows by loops."""
+PER_JOINT, PER_MOTOR = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor")
+"""Arrays with an entry for each joint whose variable is independent, each motor."""
 OUTLINED_FROM = 2000
 """Statements of a program from which on blocks that repeat become functions."""
 
@@ -70,7 +70,7 @@ class CWriter(Writer):
 
     def __init__(self, printer: CPrinter, type_: str, number: str, joints: Sequence[str]) -> None:
         """`type_` is that of variables, `number` that of named numbers."""
-        super().__init__(printer, _declaring(type_), joints)
+        super().__init__(printer, replace(C, declare=f"const {type_} "), joints)
         self.c_printer, self.number = printer, number
 
     def statements(self, statements: Sequence[Statement], known: Iterable[str] = ()) -> list[str]:
@@ -111,7 +111,7 @@ class CFunction:
         joints, motors = {len(package.axes): f"{self.macro}_JOINTS"}, {len(package.motor_names): f"{self.macro}_MOTORS"}
         dependent = {len(package.dependent or ()): f"{self.macro}_DEPENDENT"}
         named = dict.fromkeys(PER_JOINT, joints) | dict.fromkeys(PER_MOTOR, motors)
-        named |= dict.fromkeys(PER_DEPENDENT, dependent)
+        named |= {f"{block.name}{end}": dependent for block in package.assembled for end in ("", "_out")}
         named |= {"p": {len(package.parameters): f"{self.macro}_PARAMETERS"}}
         self.indices = {p.symbol: f"{self.macro}_P_{p.name}" for p in package.parameters}
         *self.inputs, self.p = (
@@ -122,7 +122,7 @@ class CFunction:
             Array(state, r.name, _size(r.shape, named.get(r.name, {})), math.prod(r.shape), True)
             for r in function.results
         ]
-        self.entries: dict[str, Indices] = {a.name: numbered(a.symbols) for a in function.program.inputs}
+        self.entries: dict[str, Indices] = {a.name: positions_by_name(a.symbols) for a in function.program.inputs}
 
     def _partition(self) -> None:
         program = self.function.program
@@ -250,7 +250,7 @@ class CFunction:
         return lines, frozenset(self.printer.referenced)
 
     def _part(self, part: Part, arrays: Sequence[Array], stored: Sequence[str]) -> PartText:
-        c = numbered(self.constants)
+        c = positions_by_name(self.constants)
         groups: dict[str, Indices] = {**self.entries, "p": self.indices, "c": c}
         used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(SINCOS))
         used |= {SPILL} if part.spills else set()
@@ -305,7 +305,3 @@ def _of_use(steps: Sequence[Step], needed_at_end: Iterable[str]) -> list[Step]:
             needed |= step.uses
             kept.append(step)
     return kept[::-1]
-
-
-def _declaring(type_: str) -> Dialect:
-    return replace(C, declare=f"const {type_} ")

@@ -11,7 +11,7 @@ LAST_RESORT = 50
 """Added to the depth of a break inside a product or before an argument: only where there is no other."""
 
 
-def fitted(text: str) -> str:
+def wrap_lines(text: str) -> str:
     """Return C whose lines are at most `WIDTH` characters long, as far as names allow; directives stay as they are."""
     return "\n".join(line if len(line) <= WIDTH else _fitted(line) for line in text.split("\n"))
 

@@ -48,7 +48,7 @@ class Form:
 
     `real` is the type of what depends on parameters only; `sincos` are the lines that find sines and cosines;
     `pair` begins the names of functions on sums of two doubles. Functions on many `states` are given their number.
-    `operand` is how an operand of a function is written that is no variable. Where it is `outlined`, blocks that repeat
+    `operand` is how an operand of a function is written, if not a variable. Where it is `outlined`, blocks that repeat
     in long programs are functions, whose arguments are places in arrays. Functions that leave rows do not store
     entries that repeat others, where these are many: rows of many states are written after them.
     """
@@ -104,10 +104,10 @@ class CPrinter(Printer):
         self._statement: Statement | None = None
         self._named: dict[int, dict[str, Literal]] = {}
 
-    def printed(self, statement: Statement) -> Printed:
+    def text_of(self, statement: Statement) -> Printed:
         """The expression that a statement assigns, and the names in it; printed once."""
         self._statement = statement
-        found = super().printed(statement)
+        found = super().text_of(statement)
         self._statement = None
         return found
 
@@ -181,9 +181,9 @@ class PairPrinter(CPrinter):
             named = self.by_name(self.written(x))
             if named.text == self.written(x).text:
                 return Text(False, self.made(*_two_doubles(x)), ATOM)
-            return self.negated(named.text) if named.negative else named
+            return self.negation(named.text) if named.negative else named
         found = super().text(x)
-        return self.negated(found.text) if found.negative else found
+        return self.negation(found.text) if found.negative else found
 
     def made(self, high: float, low: float) -> str:
         """A pair of two numbers."""
@@ -196,7 +196,7 @@ class PairPrinter(CPrinter):
         negative = high < 0
         return Text(negative, self.made(abs(high), -low if negative else low), ATOM)
 
-    def negated(self, text: str) -> Text:
+    def negation(self, text: str) -> Text:
         """A pair with its sign reversed."""
         self.called.setdefault(OF_PAIRS[NEGATE])
         return Text(False, f"{self.form.pair}negative({text})", ATOM)
@@ -206,14 +206,14 @@ class PairPrinter(CPrinter):
         if node.operation == SYMBOL:
             plain = Printer.operation(self, node)
         elif node.operation == NEGATE:
-            plain = self.negated(self.text(node.operands[0]).text)
+            plain = self.negation(self.text(node.operands[0]).text)
         elif node.operation in (SIN, COS) and node.operands[0].id in self.angles:
             plain = Text(False, self.entry(node), ATOM)
         else:
             inside = ", ".join(self.text(x).text for x in node.operands)
             self.called.setdefault(OF_PAIRS[node.operation])
             plain = Text(False, f"{self.form.pair}{OF_PAIRS[node.operation]}({inside})", ATOM)
-        return self.negated(plain.text) if flipped else plain
+        return self.negation(plain.text) if flipped else plain
 
 
 def _two_doubles(x: Operand) -> tuple[float, float]:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 from symoro_elastic.codegen.c_function import Array, CFunction
-from symoro_elastic.codegen.c_lines import with_arguments
-from symoro_elastic.codegen.c_step_calls import StepCalls
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.c_lines import INDENT, with_arguments, wrap_lines
+from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.codegen.time_steps import (
     EXTERNAL_RATE,
+    MOTOR_COORDINATES,
     RATES,
+    WRENCH,
     Literals,
     MethodText,
     Terms,
@@ -25,8 +27,9 @@ from symoro_elastic.codegen.time_steps import (
     method_text,
     rows_of_nodes,
 )
-from symoro_elastic.integration.methods import METHODS
 
+LENGTHS = {"n": "JOINTS", "m": "MOTORS", "d": "DEPENDENT"}
+"""Macros of the lengths of blocks, by what their entries follow."""
 LANES = 16
 """States of a batch that take a step side by side."""
 
@@ -86,7 +89,7 @@ class CSteps:
         self.steps = list(self._steps())
 
     def source(self) -> str:
-        """Return the definitions; empty where no steps are asked for."""
+        """Return the definitions; empty without steps."""
         return render("c/steps.c.j2", **self._context()) if self.methods else ""
 
     @property
@@ -157,11 +160,9 @@ class CSteps:
 
     def _written(self, with_error: bool) -> Iterator[Array]:
         """The state, and the difference from the embedded method."""
-        state, n = self.precision.state, len(self.package.axes)
-        yield from (Array(state, name, f"{self.macro}_JOINTS", n, True) for name in ("q", "qd"))
-        if self.package.takes_dependent:
-            yield Array(state, "q_dep", f"{self.macro}_DEPENDENT", len(self.package.dependent or ()), True)
-        yield from (Array(state, one.name, str(one.size), one.size, True) for one in self.package.base)
+        state, sizes = self.precision.state, {x: f"{self.macro}_{word}" for x, word in LENGTHS.items()}
+        for block in self.package.state:
+            yield Array(state, block.name, sizes.get(block.quantity.follows, str(block.size)), block.size, True)
         if with_error:
             size = 2 * entries_of_state(self.package)
             yield Array(state, "error", str(size) if self.package.base else f"2*{self.macro}_JOINTS", size, True)
@@ -198,7 +199,7 @@ class CSteps:
             "motors": self._motors_in_q(),
             "driven": len(package.motor_names),
             "external": package.external,
-            "dependent": len(package.dependent or ()) if package.takes_dependent else 0,
+            "dependent": sum(block.size for block in package.assembled),
             "steps": self.steps,
             "rates": [(variant, self._rate_head(variant)) for variant in variants],
             "sizes": {suffix: f.results[0].entries for suffix, f in factors.items() if f},
@@ -224,9 +225,8 @@ class CSteps:
         driven = variant.right_side == "inverse_dynamics"
         moved = [Array(state, "q", "", 0, driven), Array(state, "qd", "", 0, driven or bool(self.package.base))]
         given = [Array(state, name, "", 0) for name in (*rows_of_nodes(variant, self.package), *variant.of_step)]
-        dependent = [Array(state, "q_dep", "", 0), Array(state, "stage_dep", "", 0, True)]
-        turned = [Array(state, one.name, "", 0) for one in self.package.base[:1]]
-        arrays = [*moved, *given, *(dependent if self.package.takes_dependent else []), *turned, self.p]
+        held = [Array(state, name, "", 0, name in self.call.stage) for name in self.call.held]
+        arrays = [*moved, *given, *held, self.p]
         arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True)]
         count = ["size_t count"] if self.many else []
         name = f"{self.qualifiers.rate}void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
@@ -253,6 +253,182 @@ def _comment(method: MethodText, variant: Variant, with_error: bool, package: Pa
     yield f"{rows}: a row for each of the times {times}"
     if method.kind == "rosenbrock":
         yield from (f"{name}: {RATES[name]}" for name in variant.of_rate)
-    yield f"{', '.join(('q', 'qd', *(one.name for one in package.base)))}: the state, at t when called, at t + h then"
+    moved = [block.name for block in package.state if block not in package.assembled]
+    yield f"{', '.join(moved)}: the state, at t when called, at t + h then"
     if with_error:
         yield f"-> error: {error_meaning(package)}"
+
+
+class StepCalls:
+    """Lines of calls on one state or, with `many`, on `count` states side by side.
+
+    On one state what depends on parameters only is computed before, for all functions side by side in `c`.
+    """
+
+    def __init__(
+        self,
+        package: Package,
+        prefix: str,
+        functions: Mapping[str, CFunction],
+        methods: Sequence[MethodText],
+        many: bool,
+    ) -> None:
+        """`functions` are the models by name, `methods` those whose steps are written."""
+        self.package, self.prefix, self.functions, self.many = package, prefix, functions, many
+        self.position = ["q", *(block.name for block in package.assembled)]
+        self.stage = ["stage_dep" for _ in package.assembled]
+        self.held = [*self.position[1:], *self.stage, *(block.name for block in package.base[:1])]
+        """Arrays that tell where a stage is, beside its own state."""
+        self.offsets: dict[str, int] = {}
+        self.constants = 0
+        for name in functions_of(methods, package):
+            size = len(functions[name].constants) if name in functions and not many else 0
+            if size:
+                self.offsets[name] = self.constants
+                self.constants += size
+
+    def preparing(self) -> list[str]:
+        """Return the calls that compute what depends on parameters only."""
+        return [f"{INDENT}{self.functions[f].name}_prepare(p, {self._place(f)});" for f in self.offsets]
+
+    def accelerations(self, variant: Variant) -> str:
+        """Return the call of the right side for the accelerations `qdd`."""
+        known = "ydd" if variant.is_driven else "torque" if variant.of_step else "tau"
+        on_base = ["turned", "qd", WRENCH] if self.package.base else []
+        found = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *(["V0d"] if self.package.base else [])]
+        return self._under_forces(variant.right_side, [self._joints("qd"), known, *on_base], found)
+
+    def motors(self) -> str:
+        """Return the call that gives positions and velocities of motors on dependent joints."""
+        return self._model(MOTOR_COORDINATES, [*self._stage_position, "qd"], ["q_motor", "qd_motor"])
+
+    @property
+    def _stage_position(self) -> list[str]:
+        return [self._joints("q"), *self.stage]
+
+    def displacement(self, x: str) -> str:
+        """Return the call that finds how far the base is from its pose at the start of the step."""
+        orientation = self.package.base[0].name
+        return self._model("base_displacement", [orientation, x], [f"{orientation}_change", "P0_change"])
+
+    def base_rates(self) -> str:
+        """Return the call that finds the rates of the coordinates and of the velocity of the base."""
+        return self._model("base_rates", ["q", "qd", "V0d"], ["x0d", "qdd"])
+
+    def prepares_rate(self, variant: Variant) -> bool:
+        """Return whether something that the accelerations need depends on parameters only."""
+        needed = {variant.right_side, *("assemble" for _ in self.stage)}
+        needed |= {MOTOR_COORDINATES} if variant.of_step and not self.package.has_motors_in_q else set()
+        return not needed.isdisjoint(self.offsets)
+
+    def assemble(self) -> str:
+        """Return the call that closes the loops, from the last position."""
+        return self._model("assemble", self.position, [*self.stage, "residual"])
+
+    def linearization(self) -> str:
+        """Return the call of the linear model at the start of a step."""
+        return self._under_forces("linearization", ["qd", "qdd"], ["M", "D", "K"])
+
+    def factors(self, variant: Variant) -> str:
+        """Return the call that factors the system of an implicit step."""
+        return self._model(
+            f"implicit_factors{variant.suffix}", [*self.position, "qd", "g", *variant.of_step], ["factors"]
+        )
+
+    def solve(self, variant: Variant, z_q: str, z_v: str, depth: int = 1) -> str:
+        """Return the call that solves it, for the right side `v_s`, `qdd`."""
+        return self._model(f"implicit_solve{variant.suffix}", ["factors", "v_s", "qdd"], [z_q, z_v], depth)
+
+    def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1, forces: str = EXTERNAL) -> str:
+        """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`, under `forces`."""
+        given = rows_of_nodes(variant, self.package)
+        rows = [self._from(forces if row == EXTERNAL else row, node * size) for row, size in given.items()]
+        others = [*variant.of_step, *self.held, "p", *(["c"] if self.constants else [])]
+        arrays = ["q_s", "v_s", *rows, *others, qdd]
+        head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
+        return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
+
+    def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str]) -> str:
+        """Return the call of a model at the position of a stage, under the wrenches on frames."""
+        forces = [EXTERNAL] if any(a.name == EXTERNAL for a in self.functions[function].function.arguments) else []
+        return self._model(function, [*self._stage_position, *inputs, *forces], results)
+
+    def _joints(self, array: str) -> str:
+        """Return the place of the joints in an array of the whole state, after the base."""
+        return self._from(array, entries_of_state(self.package) - len(self.package.axes))
+
+    def _from(self, array: str, offset: int) -> str:
+        """Return the place of an entry in an array."""
+        return f"&{array}[{offset}U{'*count' if self.many else ''}]" if offset else array
+
+    @property
+    def _count(self) -> list[str]:
+        return ["count"] if self.many else []
+
+    def _model(self, function: str, inputs: Sequence[str], results: Sequence[str], depth: int = 1) -> str:
+        prepared = function in self.offsets
+        suffix = "_batch" if self.many else "_prepared" if prepared else ""
+        head = f"{INDENT * depth}{self.functions[function].name}{suffix}"
+        c = [self._place(function)] if prepared else []
+        return with_arguments(head, [*self._count, *inputs, "p", *c, *results], ");")
+
+    def _place(self, function: str) -> str:
+        return f"&c[{self.offsets[function]}U]" if self.offsets[function] else "c"
+
+
+def functions_of(methods: Sequence[MethodText], package: Package) -> list[str]:
+    """Return the names of the models that steps call."""
+    found = dict.fromkeys(variant.right_side for method in methods for variant in method.variants)
+    if any(method.kind == "rosenbrock" for method in methods):
+        found["linearization"] = None
+    implicit = [method for method in methods if method.kind in ("w", "midpoint")]
+    for variant in dict.fromkeys(variant for method in implicit for variant in method.variants):
+        found |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
+    of_motors = [] if package.has_motors_in_q else [MOTOR_COORDINATES]
+    return [*found, "assemble", *of_motors, "base_displacement", "base_rates"]
+
+
+# Functions of C that carry out many time steps, one after another.
+@dataclass(frozen=True)
+class Run:
+    """A function that carries out many steps: arrays that are read, each with its length for a step, and written ones.
+
+    Arrays that are `kept` are the same for all steps. `head` and `call` are those of the function and of its steps.
+    """
+
+    name: str
+    read: dict[str, int]
+    kept: tuple[str, ...]
+    written: dict[str, int]
+    head: str
+    call: str
+
+
+def runs(text: CSteps) -> list[Run]:
+    """Return the functions that carry out many steps, for each method and way to give the motors."""
+    return [_run(step, bool(text.constants)) for step in text.steps if not step.with_error]
+
+
+def _run(step: StepText, prepared: bool) -> Run:
+    read, written = ({array.name: array.entries for array in arrays} for arrays in (step.read, step.written))
+    constant = [f"const double *{name}" for name in read]
+    states = [f"double *{name}" for name in written]
+    head = [*("size_t steps", *constant, "double h", "const double *p", *states), "double *record"]
+    kept = step.variant.of_step
+    rows = [name if name in kept else f"{name} + s*{size}U" for name, size in read.items()]
+    call = [*rows, "h", "p", *(["c"] if prepared else []), *written]
+    name = f"{step.name}_prepared" if prepared else step.name
+    return Run(
+        name=step.name,
+        read=read,
+        kept=kept,
+        written=written,
+        head=with_arguments(f"void {step.name}_run", head),
+        call=with_arguments(f"{INDENT * 2}{name}", call, ");"),
+    )
+
+
+def render_runs(name: str, text: CSteps) -> dict[str, str]:
+    """Return the file of the functions that carry out many steps of a package, in double precision."""
+    made = render("c/run.c.j2", name=name, macro=text.macro, constants=text.constants, runs=runs(text))
+    return {f"{name}_run.c": wrap_lines(made)}

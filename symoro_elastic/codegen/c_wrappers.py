@@ -10,7 +10,9 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import Precision
 
 
-def wrapped(package: Package, function: Function, precision: Precision, after_p: Sequence[str] = ()) -> dict[str, str]:
+def wrapper_context(
+    package: Package, function: Function, precision: Precision, after_p: Sequence[str] = ()
+) -> dict[str, str]:
     """Return the context of a function in a template: `name`, `arguments` that a wrapper hands on, and its calls.
 
     `call` is that of the state in row k of each array but p, with `after_p` behind p; `all_states` is that of a batch.

@@ -8,25 +8,18 @@ is shown, and only where it is short.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import reduce
 from typing import Any
 
-from symoro_elastic.codegen.latex import (
-    NAMED,
-    Array,
-    Equation,
-    arrays,
-    matrix,
-    number,
-    product,
-)
+from symoro_elastic.codegen.latex import NAMED, Array, Equation, arrays, matrix, number, product
 from symoro_elastic.codegen.notation import Notation
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, SUM, Text
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.symbolic.arithmetic import library
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.operations import (
     ADD,
@@ -39,9 +32,9 @@ from symoro_elastic.symbolic.operations import (
     PI,
     SIGN,
     SIN,
-    SQRT,
     SUBTRACT,
     SYMBOL,
+    Functions,
 )
 from symoro_elastic.symbolic.program import Output
 
@@ -164,20 +157,8 @@ class Conversion:
     def __init__(self, sympy: Any, known: Mapping[int, Any] | None = None) -> None:
         self.sympy = sympy
         self.found = dict(known or {})
-        self.operations: dict[str, Callable[..., Any]] = {
-            ADD: lambda a, b: a + b,
-            SUBTRACT: lambda a, b: a - b,
-            MULTIPLY: lambda a, b: a * b,
-            DIVIDE: lambda a, b: a / b,
-            NEGATE: lambda a: -a,
-            SIN: sympy.sin,
-            COS: sympy.cos,
-            SQRT: sympy.sqrt,
-            SIGN: sympy.sign,
-            ATAN2: sympy.atan2,
-            PI: lambda: sympy.pi,
-            COSPI: lambda a: sympy.cos(sympy.pi * a),
-        }
+        own: Functions = {PI: lambda: sympy.pi, COSPI: lambda a: sympy.cos(sympy.pi * a)}
+        self.operations = library(sympy, own)
 
     def __call__(self, x: Operand) -> Any:
         """The expression of an operand."""

@@ -204,7 +204,7 @@ def compile_package(
 
 
 def load_library(library: Path) -> ctypes.CDLL:
-    """Return a compiled library; raises `CompilationFailed` for a file that is none."""
+    """Return a compiled library; raises `CompilationFailed` for a file that is not a library."""
     try:
         return ctypes.CDLL(str(library.resolve()))
     except OSError as error:

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 from symoro_elastic.codegen.body import Dialect, Writer, c_continued
 from symoro_elastic.codegen.printers import Printer
-from symoro_elastic.symbolic.program import Program, Statement
-from symoro_elastic.symbolic.renaming import renamed
+from symoro_elastic.symbolic.program import Program, Statement, rename_variables
 
 JAVASCRIPT = Dialect(
     "const ",
@@ -30,7 +29,7 @@ def javascript_function(name: str, program: Program) -> str:
     left = program.used - entries.keys()
     if left:
         raise ValueError(f"parameters without value: {', '.join(sorted(left))}")
-    program = _with_identifiers(renamed(program, entries))
+    program = _with_identifiers(rename_variables(program, entries))
     printer = Printer(program, functions=JAVASCRIPT.functions)
     writer = Writer(printer, JAVASCRIPT, ())
     lines = [writer.assignment(statement) for statement in (*program.once, *program.statements)]

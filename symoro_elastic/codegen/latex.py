@@ -199,7 +199,7 @@ def _columns(package: Package, result: Result, numbers: Mapping[str, str]) -> li
 def _row(quantity: Quantity, name: str, count: int, numbers: Mapping[str, str]) -> str:
     """Symbol and first index, numbered by joint or frame; what a frame is seen from stands to the left.
 
-    The index of a degree of freedom of a floating base is 0, and its number.
+    The index of a degree of freedom of the base is 0, and its number.
     """
     if name == BASE:
         return f"{quantity.symbol}_{{0,{count}"

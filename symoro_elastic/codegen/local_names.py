@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
-from symoro_elastic.codegen.package import Function, Package, Result
-from symoro_elastic.symbolic.renaming import renamed
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.symbolic.program import rename_variables
 
 
 def with_local_names(package: Package, own: Collection[str]) -> Package:
@@ -31,7 +31,7 @@ def with_local_names(package: Package, own: Collection[str]) -> Package:
     return replace(
         package,
         parameters=tuple(replace(p, local=names.get(p.symbol, p.symbol)) for p in package.parameters),
-        functions=tuple(replace(f, program=renamed(f.program, names)) for f in package.functions),
+        functions=tuple(replace(f, program=rename_variables(f.program, names)) for f in package.functions),
     )
 
 
@@ -50,12 +50,8 @@ def of_own_results(function: Function) -> Function:
         return function
     names = {name: f"{name}_out" for name in shared}
     outputs = tuple(replace(o, name=names.get(o.name, o.name)) for o in function.program.outputs)
-    results = tuple(_renamed(r, names.get(r.name, r.name)) for r in function.results)
+    results = tuple(replace(r, quantity=replace(r.quantity, name=names.get(r.name, r.name))) for r in function.results)
     return replace(function, results=results, program=replace(function.program, outputs=outputs))
-
-
-def _renamed(result: Result, name: str) -> Result:
-    return replace(result, quantity=replace(result.quantity, name=name))
 
 
 def _symbols(package: Package) -> Iterator[str]:

@@ -49,17 +49,17 @@ class MatlabArray:
     @property
     def shape(self) -> str:
         """Source of the row of the axes: `12`, `[4 4]`."""
-        return bracketed(self.dims)
+        return row_of_numbers(self.dims)
 
     @property
-    def turned(self) -> tuple[int, int, int]:
+    def transposition(self) -> tuple[int, int, int]:
         """Pages, rows and columns, to be turned from row by row to column by column."""
         pages, columns = (1 if length is None else length for length in (self.pages, self.columns))
         return (pages, self.rows, columns) if not self.by_columns else (1, self.rows * columns, 1)
 
     def subscripts(self, k: int) -> str:
         """Subscripts of the entry k of the array stored row by row."""
-        _, rows, columns = self.turned
+        _, rows, columns = self.transposition
         page, row, column = k // (rows * columns), k // columns % rows, k % columns
         axes = ((row, self.rows), (column, self.columns), (page, self.pages))
         return ", ".join(str(index + 1) for index, length in axes if length is not None)
@@ -90,6 +90,6 @@ def _meaning(array: Argument | Result) -> str:
     return array.meaning.replace(", row by row", "")
 
 
-def bracketed(numbers: tuple[int, ...]) -> str:
+def row_of_numbers(numbers: tuple[int, ...]) -> str:
     """Source of a row of numbers."""
     return str(numbers[0]) if len(numbers) == 1 else f"[{' '.join(map(str, numbers))}]"

@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from symoro_elastic.codegen.body import Dialect, Writer
-from symoro_elastic.codegen.described import SINGULAR, count_text
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.matlab_arrays import MatlabArray, of_argument, of_result
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.package_context import SINGULAR, count_text
 from symoro_elastic.codegen.printers import ATOM, OPERATORS, Printer, Rule, Text, product, quotient
 from symoro_elastic.codegen.target import words
 from symoro_elastic.symbolic.operations import DIVIDE, MULTIPLY, SQRT
-from symoro_elastic.symbolic.program import Program, Statement
-from symoro_elastic.symbolic.renaming import renamed
+from symoro_elastic.symbolic.program import Program, Statement, rename_variables
 
 LONGEST_NAME = 63
 KEYWORDS = words(
@@ -119,7 +118,7 @@ def _with_short_names(program: Program, names: Mapping[str, str]) -> Program:
     def of(statements: tuple[Statement, ...]) -> tuple[Statement, ...]:
         return tuple(s._replace(name=short(s.name)) if len(s.name) > LONGEST_NAME else s for s in statements)
 
-    program = renamed(program, long) if long else program
+    program = rename_variables(program, long) if long else program
     return replace(program, once=of(program.once), statements=of(program.statements))
 
 

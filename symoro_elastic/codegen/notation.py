@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from symoro_elastic.quantities import COEFFICIENT, DERIVATIVE, FUNCTIONS, INTERMEDIATES, Intermediate, cited
+from symoro_elastic.quantities import COEFFICIENT, DERIVATIVE, FUNCTIONS, INTERMEDIATES, Intermediate, citation
 from symoro_elastic.symbolic.program import Program
 
 _LETTERS = """
@@ -94,7 +94,7 @@ class Notation:
         """The quantities that occur, in the order of the table."""
         for row in INTERMEDIATES:
             if row in self.used:
-                yield Meaning(row.symbol(), row.definition, cited(row.equations), row.meaning)
+                yield Meaning(row.symbol(), row.definition, citation(row.equations), row.meaning)
 
 
 def user_symbol(name: str) -> str:

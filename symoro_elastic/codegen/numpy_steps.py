@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.codegen.c_lines import with_arguments
+from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.time_steps import (
@@ -19,7 +20,6 @@ from symoro_elastic.codegen.time_steps import (
     method_text,
     rows_of_nodes,
 )
-from symoro_elastic.integration.methods import METHODS
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,8 @@ class NumpyStep:
     head: str
     described: tuple[str, ...]
     arrays: str
-    takes_dependent: bool
+    blocks: tuple[str, ...]
+    assembled: tuple[str, ...]
     takes_forces: frozenset[str]
     base: tuple[str, ...]
     needs: str
@@ -40,7 +41,7 @@ class NumpyStep:
     @property
     def position(self) -> str:
         """The arguments for the position at the start of the step."""
-        return "q, q_dep" if self.takes_dependent else "q"
+        return ", ".join(("q", *self.assembled))
 
     def forces(self, function: str, node: str) -> str:
         """The wrenches on frames at a node, as a further argument of a model that takes them."""
@@ -55,11 +56,11 @@ class NumpyStep:
     @property
     def stage_position(self) -> str:
         """The arguments for the position of a stage."""
-        return "q, dependent" if self.takes_dependent else "q"
+        return ", ".join(("q", *("dependent" for _ in self.assembled)))
 
     @property
     def on_base(self) -> str:
-        """The arguments of a dynamic model for a floating base."""
+        """The arguments of a dynamic model for the base."""
         return f", turned, V0, {WRENCH}[..., node, :]" if self.base else ""
 
     @property
@@ -75,9 +76,9 @@ class NumpyStep:
     @property
     def state(self) -> str:
         """The state at the end of the step."""
-        dependent = ", assemble(q, q_dep, p)[0]" if self.takes_dependent else ""
-        base = f", {self.base[0]} + turned, P0 + moved, V0" if self.base else ""
-        return f"q, qd{dependent}{base}"
+        ends = dict.fromkeys(self.assembled, f"assemble({self.position}, p)[0]")
+        ends |= {name: f"{name} + {change}" for name, change in zip(self.base, ("turned", "moved"), strict=False)}
+        return ", ".join(ends.get(name, name) for name in self.blocks)
 
     @property
     def gains(self) -> str:
@@ -109,19 +110,19 @@ def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
 def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
     of_rate = variant.of_rate if method.kind == "rosenbrock" else ()
     arrays = [*rows_of_nodes(variant, package), *variant.of_step, *of_rate]
-    dependent = ["q_dep"] if package.takes_dependent else []
-    base = tuple(one.name for one in package.base)
+    state = [block.name for block in package.state]
     name = f"step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
     return NumpyStep(
         method=method,
         variant=variant,
         with_error=with_error,
-        head=with_arguments(f"def {name}", [*arrays, "h", "q", "qd", *dependent, *base, "p=DEFAULTS"], "):"),
+        head=with_arguments(f"def {name}", [*arrays, "h", *state, "p=DEFAULTS"], "):"),
         described=tuple(_described(method, variant, with_error, package)),
-        arrays=", ".join(["h", "q", "qd", *arrays, *base]),
-        takes_dependent=package.takes_dependent,
+        arrays=", ".join(["h", "q", "qd", *arrays, *(block.name for block in package.base)]),
+        blocks=tuple(state),
+        assembled=tuple(block.name for block in package.assembled),
         takes_forces=frozenset(f.name for f in package.functions if any(a.name == EXTERNAL for a in f.arguments)),
-        base=base,
+        base=tuple(block.name for block in package.base),
         needs=NEEDS[method.kind],
     )
 
@@ -149,10 +150,8 @@ def _described(method: MethodText, variant: Variant, with_error: bool, package: 
     if method.kind == "rosenbrock":
         for name in variant.of_rate:
             yield f"{name} ({package.external if name == EXTERNAL_RATE else motors}): {RATES[name]}."
-    dependent = ", q_dep" if package.takes_dependent else ""
-    base = "".join(f", {one.name}" for one in package.base)
     error = f"; {error_meaning(package)}" if with_error else ""
-    yield f"-> q, qd{dependent}{base} at t + h{error}"
+    yield f"-> {', '.join(block.name for block in package.state)} at t + h{error}"
 
 
 def _tables(method: MethodText) -> dict[str, str]:

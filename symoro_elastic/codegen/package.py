@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symoro_elastic.quantities import Quantity
+from symoro_elastic.quantities import ON_BASE, Quantity
 from symoro_elastic.symbolic.expression import Operand
 from symoro_elastic.symbolic.program import Program
 
 BASE = "base"
-"""Name of the six rows of a floating base."""
+"""Name of the six rows of the base."""
 EXTERNAL = "f_ext"
 """Name of the wrenches on frames."""
 
@@ -39,11 +39,8 @@ class ParameterValue:
 
 
 @dataclass(frozen=True)
-class Argument:
-    """An array of a function's signature: its quantity, and the entries along its last axis."""
-
+class _Array:
     quantity: Quantity
-    size: int
 
     @property
     def name(self) -> str:
@@ -57,27 +54,23 @@ class Argument:
 
 
 @dataclass(frozen=True)
-class Result:
+class Argument(_Array):
+    """An array of a function's signature: its quantity, and the entries along its last axis."""
+
+    size: int
+
+
+@dataclass(frozen=True)
+class Result(_Array):
     """An array that a function gives: quantity, shape, and the names its first and last axes follow.
 
     `whole` is False where its rows are those that a scene has chosen.
     """
 
-    quantity: Quantity
     shape: tuple[int, ...]
     rows: tuple[str, ...]
     columns: tuple[str, ...] = ()
     whole: bool = True
-
-    @property
-    def name(self) -> str:
-        """Its name."""
-        return self.quantity.name
-
-    @property
-    def meaning(self) -> str:
-        """What it is, with its unit."""
-        return self.quantity.sentence
 
 
 @dataclass(frozen=True)
@@ -121,11 +114,10 @@ class Package:
 
     `joint_names` are the rows of its table, then points that are asked for; `antecedents` are the numbers (from 1) of
     the rows that they stand on, 0 for the base. `source` is the name of the machine's file, `options` are what else
-    shaped the code. Where joints are coupled `dependent` are the entries of q_dep and `driven` those of tau; they are
+    shaped the code. Where joints are coupled `dependent` are joints that loops move and `driven` those of tau; they are
     None for a tree, whose motors all own entries of q: `motors` are their indices. `following` are kinds of the rows
-    without a variable of their own that move, by name. `steps` names the methods of time steps, `base` the arguments
-    that are the state of a floating base in them: orientation, position, velocity; `steps_by_torque` tells that motors
-    are given by their torques only in them.
+    without a variable of their own that move, by name. `steps` names the methods of time steps, `state` the blocks that
+    they take further; `steps_by_torque` tells that motors are given by their torques only in them.
     """
 
     name: str
@@ -144,7 +136,7 @@ class Package:
     driven: tuple[Axis, ...] | None = None
     following: tuple[tuple[str, str], ...] = ()
     steps: tuple[str, ...] = ()
-    base: tuple[Argument, ...] = ()
+    state: tuple[Argument, ...] = ()
     steps_by_torque: bool = False
 
     def __repr__(self) -> str:
@@ -152,9 +144,14 @@ class Package:
         return f"<Package {self.name}: {', '.join(function.name for function in self.functions)}>"
 
     @property
-    def takes_dependent(self) -> bool:
-        """Whether functions take dependent variables, which have no closed form."""
-        return any(argument.name == "q_dep" for function in self.functions for argument in function.arguments)
+    def assembled(self) -> tuple[Argument, ...]:
+        """The blocks of the state that loops without a closed form give."""
+        return tuple(block for block in self.state if block.quantity.follows == "d")
+
+    @property
+    def base(self) -> tuple[Argument, ...]:
+        """The blocks of the state of a base that moves freely: orientation, position, velocity."""
+        return tuple(block for block in self.state if block.quantity in ON_BASE)
 
     @property
     def external(self) -> int:

@@ -18,7 +18,19 @@ def count_text(count: OperationCount) -> str:
     return f"{count.products}x {count.add}+, {count.sincos} sin/cos"
 
 
-def shared(package: Package) -> dict[str, Any]:
+def operations(count: OperationCount) -> str:
+    """Return `292x 277+ 10 sin/cos`; x counts products and divisions, + sums and differences."""
+    if count == OperationCount():
+        return "-"
+    return f"{count.products}x {count.add}+" + (f" {count.sincos} sin/cos" if count.sincos else "")
+
+
+def count_json(count: OperationCount) -> dict[str, int]:
+    """Return operations by kind."""
+    return {"mul": count.mul, "add": count.add, "div": count.div, "sincos": count.sincos}
+
+
+def package_context(package: Package) -> dict[str, Any]:
     """The context of templates of a whole package."""
     return {
         "name": package.name,
@@ -33,7 +45,7 @@ def shared(package: Package) -> dict[str, Any]:
     }
 
 
-def described(function: Function) -> dict[str, Any]:
+def function_context(function: Function) -> dict[str, Any]:
     """The context of a function in templates."""
     program = function.program
     counts = f"{count_text(program.count)} a call"

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
@@ -59,11 +59,11 @@ class Printer:
 
     def right_side(self, statement: Statement) -> str:
         """The expression that a statement assigns."""
-        printed = self.printed(statement)
+        printed = self.text_of(statement)
         self.referenced |= printed.names
         return printed.text
 
-    def printed(self, statement: Statement) -> Printed:
+    def text_of(self, statement: Statement) -> Printed:
         """The expression that a statement assigns, and the names in it; printed once."""
         number = statement.node.id
         if number not in self._printed:

@@ -1,43 +1,40 @@
-"""The protocol of a target: a language or runtime that packages are rendered for."""
+"""A target: a language or runtime that packages are rendered for."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
-from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import Precision
 
 
-class Target(Protocol):
-    """A target: how it is asked for, what it writes, and the names that its output uses itself."""
+@dataclass(frozen=True)
+class Target:
+    """A target: how it is asked for, what it writes, and the names that its output uses itself.
 
-    @property
-    def name(self) -> str:
-        """The name that `--target` takes."""
+    `name` is what `--target` takes, `title` one line that says what is written, `suffixes` are those of its files,
+    `precisions` those it can be written in, the default first. `reserved` are identifiers of its language and
+    libraries, refused as names; those of its templates are avoided. `files` writes a package in one precision.
+    """
 
-    @property
-    def title(self) -> str:
-        """One line that says what is written."""
-
-    @property
-    def suffixes(self) -> tuple[str, ...]:
-        """The suffixes of the files written."""
-
-    @property
-    def precisions(self) -> tuple[Precision, ...]:
-        """The precisions it can be written in, the default first."""
-
-    @property
-    def reserved(self) -> frozenset[str]:
-        """Identifiers of its language and libraries, refused as names; those of its templates are avoided."""
+    name: str
+    title: str
+    suffixes: tuple[str, ...]
+    precisions: tuple[Precision, ...]
+    reserved: frozenset[str]
+    files: Callable[[Package, Precision], Files]
 
     def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
-        """Return file names and texts, in each of the precisions.
+        """Return file names and texts, in each of the precisions, or the default one.
 
         Raises `OverflowError` for constants outside the range of double precision.
         """
+        files: Files = {}
+        for precision in precisions or self.precisions[:1]:
+            files |= self.files(package, precision)
+        return files
 
 
 def words(text: str) -> frozenset[str]:

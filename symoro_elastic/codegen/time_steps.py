@@ -6,13 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from symoro_elastic.codegen.integration.methods import Method, Midpoint, nodes_of, times_of
+from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
+from symoro_elastic.codegen.integration.tableaus import Coefficients, Tableau
+from symoro_elastic.codegen.integration.w_methods import WMethod
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import Precision
-from symoro_elastic.integration.methods import Method, nodes_of, times_of
-from symoro_elastic.integration.midpoint import Midpoint
-from symoro_elastic.integration.rosenbrock import Rosenbrock
-from symoro_elastic.integration.tableaus import Coefficients, Tableau
-from symoro_elastic.integration.w_methods import WMethod
 
 Terms = tuple[tuple[str, int], ...]
 """Coefficients as literals, with their signs, and the stages they belong to."""
@@ -48,7 +47,7 @@ class Variant:
 
 EXTERNAL_RATE = f"{EXTERNAL}d"
 WRENCH, DEGREES = "f0", 6
-"""The wrench on a floating base, and its degrees of freedom."""
+"""The wrench on the base, and its degrees of freedom."""
 TORQUE = Variant("", ("tau",))
 SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
 DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd", ("yddd",))
@@ -135,14 +134,14 @@ def _under_forces(variant: Variant) -> Variant:
 
 
 def rows_of_nodes(variant: Variant, package: Package) -> dict[str, int]:
-    """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on a floating base."""
+    """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on the base."""
     given = dict.fromkeys(variant.of_nodes, len(package.motor_names))
     given |= {EXTERNAL: package.external} if package.external else {}
     return given | ({WRENCH: DEGREES} if package.base else {})
 
 
 def entries_of_state(package: Package) -> int:
-    """Return the positions that a method carries: the coordinates of a floating base, then the joints."""
+    """Return the positions that a method carries: the coordinates of the base, then the joints."""
     return (DEGREES if package.base else 0) + len(package.axes)
 
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 MAX_BYTES = 5_000_000
 UTF_8, WESTERN = "utf-8-sig", "cp1252"
@@ -18,7 +18,7 @@ def load_text(path: str | Path, encodings: Sequence[str] = (UTF_8,)) -> str:
     file = Path(path)
     try:
         if not file.is_file():
-            missing = "is no file" if file.exists() else "there is no such file"
+            missing = "is not a file" if file.exists() else "there is no such file"
             raise InputError(str(path), "file", missing)
         with file.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
@@ -26,7 +26,7 @@ def load_text(path: str | Path, encodings: Sequence[str] = (UTF_8,)) -> str:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else error
         raise InputError(str(path), "file", f"cannot be read: {reason}") from None
     if len(content) > MAX_BYTES:
-        raise InputError(str(path), "file", f"larger than {MAX_BYTES // 10**6} MB: no machine is described so")
+        raise InputError(str(path), "file", f"larger than {MAX_BYTES // 10**6} MB: too large for a machine description")
     return _decoded(content, str(path), encodings)
 
 

@@ -6,16 +6,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from symoro_elastic.machine.formats.files import UTF_8
+from symoro_elastic.formats.files import UTF_8
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.format_names import FormatName
 from symoro_elastic.machine.machine import Machine
 
 if TYPE_CHECKING:
-    from symoro_elastic.machine.formats.robots.description import Description
+    from symoro_elastic.formats.robots.robot import Description
 
 
 @dataclass(frozen=True)
 class Format:
-    """A text format of machine files: its name, the suffixes of its files, how to read and write them.
+    """A text format of machine files: its row among the names of formats, how to read and write it.
 
     The text of a file is in the first of `encodings` that it fits.
     `read(text, source)` gives the machine, not yet checked, and raises `InputError` that names `source`, the path of
@@ -24,12 +26,21 @@ class Format:
     steps: `describe(text, source)` gives the links and joints.
     """
 
-    title: str
-    suffixes: tuple[str, ...]
-    read: Callable[[str, str], Machine]
+    named: FormatName
+    read: Callable[[str, str], DescribedMachine]
     write: Callable[[Machine], str] | None = None
     encodings: tuple[str, ...] = (UTF_8,)
     describe: Callable[[str, str], Description] | None = None
+
+    @property
+    def title(self) -> str:
+        """Its title."""
+        return self.named.title
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """The suffixes of its files."""
+        return self.named.suffixes
 
 
 @dataclass(frozen=True)

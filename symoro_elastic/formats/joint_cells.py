@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED, Joint
-from symoro_elastic.machine.names import quoted
+from symoro_elastic.machine.names import quote
 
 __all__ = ["OTHER", "SELECTED", "cell_of", "formula", "not_alone", "offset_of", "split", "whole"]
 
@@ -22,7 +22,7 @@ def formula(written: str | int, source: str, place: str) -> Formula:
     try:
         return Formula.parse(" ".join(written.split()) if isinstance(written, str) else written)
     except FormulaError as error:
-        said = f"{quoted(written)}: " if isinstance(written, str) else ""
+        said = f"{quote(written)}: " if isinstance(written, str) else ""
         raise InputError(source, place, f"{said}{error}") from None
 
 
@@ -30,7 +30,7 @@ def whole(written: str | int, source: str, place: str) -> int:
     """The whole number in one cell; raises `InputError`."""
     text = str(written) if isinstance(written, str) or abs(written) < 10**6 else "far too large"
     if not text.strip().removeprefix("-").isdecimal() or not text.isascii() or len(text) > 7:
-        raise InputError(source, place, f"{quoted(text)} is no whole number, or too large")
+        raise InputError(source, place, f"{quote(text)} is not a whole number, or is too large")
     return int(text)
 
 
@@ -79,7 +79,7 @@ def split(joint: Joint, variable: str, source: str, place: str) -> Joint:
 def not_alone(cell: Formula, variable: str) -> str:
     """What is wrong with a cell in which the joint variable has a factor, or occurs twice."""
     allowed = "alone or plus a constant or a formula of the variables of other joints"
-    return f"{quoted(cell)} must be the joint variable {variable!r}, {allowed}"
+    return f"{quote(cell)} must be the joint variable {variable!r}, {allowed}"
 
 
 def _without_parentheses(cell: Formula) -> str:
@@ -105,7 +105,7 @@ def _around(text: str, variable: str) -> tuple[str, bool, str]:
 
 
 def _valid(text: str, variable: str) -> Formula | None:
-    """The offset; None if the remaining text is no expression, or contains the variable."""
+    """The offset; None if the remaining text is not an expression, or contains the variable."""
     try:
         offset = Formula.parse(text)
     except FormulaError:

@@ -5,31 +5,36 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.files import load_text
+from symoro_elastic.formats.format import Conversion, Format
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.formats.robots.robot_formats import DISTAL, MJCF, URDF
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import write_text
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import par, toml
-from symoro_elastic.machine.formats.files import load_text
-from symoro_elastic.machine.formats.format import Conversion, Format
-from symoro_elastic.machine.formats.robots.formats import DISTAL, MJCF, URDF
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.format_names import in_words, suffixes
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import NONE, Reasons
-from symoro_elastic.machine.renaming import renamed
 from symoro_elastic.machine.resolve import Models
-from symoro_elastic.output_files import write_text
+from symoro_elastic.machine.valid_names import with_valid_names
 
 FORMATS: tuple[Format, ...] = (toml.FORMAT, par.FORMAT, URDF, MJCF, DISTAL)
-"""Every format; a new one is a module and its line here."""
+"""Every format, as `FORMAT_NAMES` has them; a new one is a module, a line there and its line here."""
 ADVICE = {".xacro": "xacro, not URDF: expand it first, by `xacro FILE > robot.urdf`"}
 """What to do with files of other suffixes."""
 
 
-def read_machine(path: str | Path, taken: Reasons = NONE, models: Models | None = None) -> tuple[Machine, list[str]]:
+def read_machine(
+    path: str | Path, taken: Reasons = NONE, models: Models | None = None
+) -> tuple[DescribedMachine, list[str]]:
     """The machine in a file, checked as by `check`, and warnings, a line each; raises `InputError`."""
     machine = read(path, taken)
     return machine, check(machine, taken, models)
 
 
-def read(path: str | Path, taken: Reasons = NONE, conversion: Conversion | None = None) -> Machine:
+def read(path: str | Path, taken: Reasons = NONE, conversion: Conversion | None = None) -> DescribedMachine:
     """The machine in a file, not yet checked by `check`; raises `InputError`.
 
     Names of robots that generated code cannot take, or that are `taken`, are changed. Robots as links and joints may
@@ -43,10 +48,10 @@ def read(path: str | Path, taken: Reasons = NONE, conversion: Conversion | None 
             raise InputError(str(path), "file", what)
         return form.read(text, str(path))
     if conversion is None:
-        return renamed(form.read(text, str(path)), taken)
-    from symoro_elastic.machine.formats.robots.converting import converted
+        return with_valid_names(form.read(text, str(path)), taken)
+    from symoro_elastic.formats.robots.converting import machine_with_changes
 
-    return renamed(converted(form.describe(text, str(path)), str(path), conversion), taken)
+    return with_valid_names(machine_with_changes(form.describe(text, str(path)), str(path), conversion), taken)
 
 
 def write_machine(machine: Machine, path: str | Path) -> None:
@@ -60,7 +65,7 @@ def refuse_unwritable(path: str | Path) -> Format:
     """Return the format of a file that machines can be written to; raises `InputError` for others."""
     form = format_of(path, FORMATS)
     if form.write is None:
-        writable = _suffixes(form for form in FORMATS if form.write)
+        writable = in_words(suffixes(written=True))
         raise InputError(str(path), "file", f"{form.title} files can be read, but not written: use {writable}")
     return form
 
@@ -71,9 +76,6 @@ def format_of(path: str | Path, formats: Iterable[Format]) -> Format:
     for form in formats:
         if suffix in form.suffixes:
             return form
-    what = ADVICE.get(suffix) or f"the suffix {suffix!r} is no machine format: use {_suffixes(formats)}"
+    known = in_words(suffixes([form.named for form in formats]))
+    what = ADVICE.get(suffix) or f"the suffix {suffix!r} is not a machine format: use {known}"
     raise InputError(str(path), "file", what)
-
-
-def _suffixes(formats: Iterable[Format]) -> str:
-    return " or ".join(suffix for form in formats for suffix in form.suffixes)

@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 try:
     import fcntl
@@ -60,7 +60,7 @@ def refuse_file(path: str | Path, place: str = "file") -> None:
         if target.is_dir():
             raise InputError(str(path), place, "cannot be written: it is a folder, give the name of a file")
         if not Path(os.path.realpath(target)).parent.is_dir():
-            raise InputError(str(path), place, "cannot be written: its folder does not exist, make it first")
+            raise InputError(str(path), place, "cannot be written: its folder does not exist: create it first")
         if not _is_device(target):
             _refuse_to_replace(target, place)
 
@@ -71,7 +71,7 @@ def refuse_folder(path: str | Path, place: str = "folder") -> None:
     with failures(path, place):
         for folder in (Path(path), *Path(path).parents):
             if folder.exists() and not folder.is_dir():
-                what = "is a file, others cannot be written into it: choose another folder"
+                what = "is a file, not a folder: choose another folder"
                 raise InputError(str(folder), place, what)
 
 
@@ -106,7 +106,7 @@ def write_all(
         with ExitStack() as stack:
             for parent in sorted({(folder / name).parent for name in contents} | {folder}):
                 _refuse_link(folder, parent, place)
-                stack.enter_context(made(parent))
+                stack.enter_context(make_folder(parent))
             replace_files(folder, contents)
     return [folder / name for name in contents]
 
@@ -136,7 +136,7 @@ def failures(path: str | Path, place: str) -> Iterator[None]:
 def _refuse_name(path: str | Path, place: str) -> None:
     name = str(path)
     if not name.strip() or not name.isprintable():
-        what = "is no name of a file: give one of printable characters, on one line"
+        what = "is not a name of a file: give one of printable characters, on one line"
         raise InputError(repr(name), place, what)
 
 
@@ -158,7 +158,7 @@ def _refuse_link(folder: Path, parent: Path, place: str) -> None:
     steps = parent.relative_to(folder).parts
     for each in (folder.joinpath(*steps[: k + 1]) for k in range(len(steps))):
         if each.is_symlink():
-            raise InputError(str(each), place, "is a link: files are written to folders only, move it away")
+            raise InputError(str(each), place, "is a link: files are written to real folders only, move it away")
         refuse_folder(each, place)
 
 
@@ -168,7 +168,7 @@ def _is_device(path: Path) -> bool:
 
 
 @contextmanager
-def made(folder: Path) -> Iterator[None]:
+def make_folder(folder: Path) -> Iterator[None]:
     """Make a folder and its parents; where the block fails, remove those that were made and are empty."""
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
@@ -246,7 +246,7 @@ def _remove_leftover(staging: Path) -> None:
 
 
 @contextmanager
-def appended(path: str | Path, place: str = "file") -> Iterator[Callable[[bytes], None]]:
+def open_at_end(path: str | Path, place: str = "file") -> Iterator[Callable[[bytes], None]]:
     """Open a file at its end, and give what writes a block to it, whole and at once; other runs are kept out.
 
     Raises `InputError` where it cannot be written, and where another run writes it.

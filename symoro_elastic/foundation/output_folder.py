@@ -10,8 +10,16 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.output_files import STAGING, alone_in, failures, is_forced, made, refuse_folder, write_all
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import (
+    STAGING,
+    alone_in,
+    failures,
+    is_forced,
+    make_folder,
+    refuse_folder,
+    write_all,
+)
 
 MANIFEST = "generated.json"
 
@@ -24,7 +32,7 @@ class Manifest:
     hashes: Mapping[str, str] = field(default_factory=dict)
 
     def wrote(self, name: str, hashed: str) -> bool:
-        """Whether the run may have written a file with this hash; a list without hashes does not tell."""
+        """Whether the run may have written a file with this hash; a list without hashes leaves that open."""
         return name in self.names and self.hashes.get(name, hashed) == hashed
 
 
@@ -39,7 +47,7 @@ def write_files(folder: Path, files: Mapping[str, str | bytes]) -> list[Path]:
     manifest = {"generator": "symoro_elastic", "files": sorted(files), "sha256": hashes}
     texts[MANIFEST] = (json.dumps(manifest, indent=2) + "\n").encode()
     refuse_folder(folder, "--out")
-    with failures(folder, "--out"), made(folder), alone_in(folder):
+    with failures(folder, "--out"), make_folder(folder), alone_in(folder):
         earlier = _earlier(folder)
         own = {MANIFEST, *(name for manifest in earlier for name in manifest.names)}
         _refuse_others(folder, [name for name in files if name not in own])
@@ -89,11 +97,11 @@ def _read(path: Path) -> Manifest | None:
     except (ValueError, KeyError, TypeError, AttributeError):
         if is_forced() or path.parent.name.startswith(STAGING):
             return None
-        raise InputError(str(path), "files", "is no list of generated files: move the folder away") from None
+        raise InputError(str(path), "files", "is not a list of generated files: move the folder away") from None
 
 
 def _refuse_changed(folder: Path, known: Sequence[Manifest]) -> None:
-    """Raise `InputError` for a file whose text is none of those known."""
+    """Raise `InputError` for a file whose text is not one of those known."""
     listed = {name for manifest in known for name in manifest.names}
     for name in sorted(name for name in listed if (folder / name).is_file() and not is_forced()):
         path = folder / name

@@ -5,13 +5,13 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 DISTRIBUTIONS = {"flint": "python-flint"}
 """Names under which packages are installed, where they differ from the name of the module."""
 
 
-def imported(module: str, work: str, extra: str) -> Any:
+def import_optional(module: str, work: str, extra: str) -> Any:
     """Return a module of a package that `work` needs; raises `InputError` that says how to install the extra."""
     package = module.partition(".")[0]
     package = DISTRIBUTIONS.get(package, package)
@@ -26,9 +26,9 @@ def imported(module: str, work: str, extra: str) -> Any:
 
 def for_identification(module: str) -> Any:
     """Return a module of scipy that identification needs; raises `InputError`."""
-    return imported(module, "identification", "identify")
+    return import_optional(module, "identification", "identify")
 
 
 def for_vibrations(module: str) -> Any:
     """Return a module of scipy that the analysis of vibrations needs; raises `InputError`."""
-    return imported(module, "the analysis of vibrations", "analysis")
+    return import_optional(module, "the analysis of vibrations", "analysis")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 MOST_SAMPLES = 5_000_000
 MOST_IN_FILES = 30_000_000
@@ -14,4 +14,4 @@ MOST_HELD = 50_000_000
 def refuse_numbers(count: int, what: str, source: str, place: str, way_out: str, most: int = MOST_HELD) -> None:
     """Raise `InputError` for more numbers than there is room for; `what` they are, and what makes them fewer."""
     if count > most:
-        raise InputError(source, place, f"{what} make {count:.3g} numbers, {most:.0e} are the most: {way_out}")
+        raise InputError(source, place, f"{what} make {count:.3g} numbers, {most:.0e} is the limit: {way_out}")

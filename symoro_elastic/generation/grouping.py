@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.constants import with_constants
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.base_parameters import Grouping, Label, ZeroPosition, grouped, joined
+from symoro_elastic.models.base_parameters import Grouping, Label, ZeroPosition, base_grouping, numeric_grouping
 from symoro_elastic.numerics.rank import CrossCheck, cross_check, numerical_relations
 from symoro_elastic.numerics.values import parameter_values
 
@@ -27,12 +28,12 @@ def checked_grouping(machine: Machine) -> tuple[Grouping, CrossCheck]:
     holds for one geometry, whose parameters are constants in the regrouped machine. Without their values that of the
     rules comes back, refused in a tree without couplings.
     """
-    grouping = grouped(machine)
+    grouping = base_grouping(machine)
     check = cross_check(machine, grouping)
     return (grouping, check) if check.agrees else _by_numbers(machine, grouping, check)
 
 
-def base_machine(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
+def base_machine(machine: Machine) -> tuple[DescribedMachine, tuple[str, ...]]:
     """The machine with base inertial parameters, fewer operations, the same torques; and warnings, a line each.
 
     Raises `InputError` where the rules and the rank of the regressor disagree and values are missing for another
@@ -41,7 +42,7 @@ def base_machine(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
     grouping, check = checked_grouping(machine)
     if check.refused:
         raise machine.error("--base", check.message)
-    return grouping.machine, () if check.agrees else (f"{machine.label}: --base: {check.message}",)
+    return DescribedMachine.of(grouping.machine), () if check.agrees else (f"{machine.label}: --base: {check.message}",)
 
 
 def base_formulas(grouping: Grouping, check: CrossCheck) -> dict[str, str]:
@@ -67,7 +68,7 @@ class BaseParameters:
 
 def base_parameters(machine: Machine) -> BaseParameters:
     """The base inertial parameters of a machine, how they were checked, and their conditioning."""
-    if machine.floating:
+    if machine.degrees_of_base:
         return BaseParameters({}, {}, [], "not offered on a floating base", None, "")
     grouping, check = checked_grouping(machine)
     formulas = base_formulas(grouping, check)
@@ -96,15 +97,15 @@ def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[G
     if missing:
         what = f"the QR grouping holds for one geometry only: give values to {_some(missing)}"
         usable = machine.is_coupled and check.torques_stay
-        what += "; until then that of the rules is used" if usable else ""
+        what += "; until then the grouping by the rules is used" if usable else ""
         return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=not usable)
     fixed = with_constants(machine, geometry)
-    fixed = replace(fixed, notes=tuple(dict.fromkeys((*fixed.notes, NOTE))))
-    found = joined(fixed, numerical_relations(fixed, rules.kept))
+    fixed = DescribedMachine.of(fixed).with_notes(NOTE)
+    found = numeric_grouping(fixed, numerical_relations(fixed, rules.kept))
     tried = cross_check(fixed, found, FRESH)
     if not tried.torques_stay:
         what = f"the QR grouping changes torques by {tried.torque_error:.2g}"
-        what += ", that of the rules is used" if check.torques_stay else ", write or generate without --base"
+        what += ", so the grouping by the rules is used" if check.torques_stay else ", write or generate without --base"
         return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=not check.torques_stay)
     what = "the QR grouping is used, which holds for this geometry only"
     what += f" ({_some(geometry)} became constants)" if geometry else ""

@@ -12,45 +12,44 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from symoro_elastic import fmu
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
-from symoro_elastic.codegen.described import Files
+from symoro_elastic.codegen.embedded.disassembly import PROCESSORS, UnknownProcessor
+from symoro_elastic.codegen.embedded.report import CodeReport, code_report
+from symoro_elastic.codegen.embedded.tool_chain import ToolChain
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, Precision
-from symoro_elastic.codegen.targets import TARGETS, render_targets
-from symoro_elastic.embedded.disassembly import PROCESSORS, UnknownProcessor
-from symoro_elastic.embedded.report import CodeReport, code_report
-from symoro_elastic.embedded.tool_chain import ToolChain
-from symoro_elastic.errors import InputError
+from symoro_elastic.codegen.targets import FMU, TARGETS, render_targets
+from symoro_elastic.formats.format import Conversion
+from symoro_elastic.formats.reading import read
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.generation import fmu
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats.format import Conversion
-from symoro_elastic.machine.formats.reading import read
-from symoro_elastic.machine.freed import freed
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import free_name, quoted, reserved
-from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.names import free_name, quote, why_reserved
+from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import AUTO, BASE, Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
 from symoro_elastic.models.catalogue import expressions_of_scene as trace
 from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degeneracies
 from symoro_elastic.models.implausible import implausible_motions
 from symoro_elastic.models.model import Pivots
+from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.traced import Traced, with_steps
 from symoro_elastic.models.tracing import prune, schedule
-from symoro_elastic.output_folder import write_files
-from symoro_elastic.packaging import reserved_words
-from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.results import Part, Result, Titled
 from symoro_elastic.symbolic.memory import no_collection
-from symoro_elastic.traced import Traced, with_steps
 
 if TYPE_CHECKING:
-    from symoro_elastic.numerics.forms import Choice
-    from symoro_elastic.numerics.verify import Verification
+    from symoro_elastic.numerics.verification.forms import Choice
+    from symoro_elastic.numerics.verification.verify import Verification
 
 MOST_WARNINGS = 20
 DIRECT = "direct_dynamics"
-TARGET_NAMES = (*TARGETS, fmu.NAME)
-"""Targets of text, which see programs, and those that need the machine."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,37 +71,6 @@ class Generated(Result):
         """Folder, and models."""
         return f"Generated {self.written[0].parent}: {', '.join(one.model.name for one in self.models)}"
 
-    def parts(self) -> list[Part]:
-        """Return what was written, and the operations of each model."""
-        from symoro_elastic.models.tables import models_table
-
-        written = f"wrote {self.written[0].parent}: {', '.join(path.name for path in self.written)}"
-        counts = Titled(models_table(self.models, self.whole))
-        notes = [f"note: {note}" for note in self.notes]
-        chosen = [self.form.sentence] if self.form else []
-        reports = [part for report in self.reports for part in report.parts()]
-        return [written, *notes, counts, "x products and divisions, + sums and differences", *chosen, *reports]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the paths, the operation counts of each model, and the reports by file where they were asked for."""
-        from symoro_elastic.models.tables import models_json
-
-        more: dict[str, Any] = {"notes": list(self.notes)} if self.notes else {}
-        more |= {"reports": {report.file: report.as_json() for report in self.reports}} if self.reports else {}
-        more |= {"form": self.form.as_json()} if self.form else {}
-        written = [str(path) for path in self.written]
-        return {"written": written, "models": models_json(self.models, self.whole), **more}
-
-    def columns(self) -> dict[str, list[Any]]:
-        """Return a row for each model: products and divisions, sums, sines and cosines of a call."""
-        counts = [one.program.count for one in self.models]
-        return {
-            "model": [one.model.name for one in self.models],
-            "products": [count.products for count in counts],
-            "sums": [count.add for count in counts],
-            "sincos": [count.sincos for count in counts],
-        }
-
 
 def prepare(
     file: str | Path,
@@ -112,7 +80,7 @@ def prepare(
     free: Sequence[str] = (),
     conversion: Conversion | None = None,
     announce: Announce = announce_nothing,
-) -> Machine:
+) -> DescribedMachine:
     """The machine in a file, its inertial parameters grouped if `base`; raises `InputError`.
 
     Numbers of the tables in `free` (bodies, springs ...) become parameters. A robot as links and joints gets the
@@ -122,24 +90,24 @@ def prepare(
     """
     announce("read")
     machine = read(file, reserved_words(), conversion)
-    return prepared(machine, warn, base=base, free=free, announce=announce)
+    return prepare_machine(machine, warn, base=base, free=free, announce=announce)
 
 
-def read_robot(robot: Any) -> Machine:
+def read_robot(robot: Any) -> DescribedMachine:
     """The machine, not yet checked, of a robot of the Robotics Toolbox; raises `InputError`."""
-    from symoro_elastic.machine.formats.robots.standard_dh import of_robot
+    from symoro_elastic.formats.robots.standard_dh import of_robot
 
     return of_robot(robot, taken=reserved_words())
 
 
-def prepared(
-    machine: Machine,
+def prepare_machine(
+    machine: DescribedMachine,
     warn: Callable[[str], None],
     *,
     base: bool = False,
     free: Sequence[str] = (),
     announce: Announce = announce_nothing,
-) -> Machine:
+) -> DescribedMachine:
     """The machine as `prepare` returns it, from one that is not yet checked."""
     taken = reserved_words()
     announce("check")
@@ -148,14 +116,14 @@ def prepared(
     if base:
         announce("group")
         machine = _grouped(machine, warn)
-    return freed(machine, free, taken) if free else machine
+    return with_free_numbers(machine, free, taken) if free else machine
 
 
 def refuse_name(name: str, place: str) -> None:
     """Raise `InputError` for a name that no machine may have."""
     words = reserved_words()
-    if reason := reserved(name, words):
-        what = f"the name {quoted(name)} cannot be used: {reason}; {free_name(name, words)!r} is free"
+    if reason := why_reserved(name, words):
+        what = f"the name {quote(name)} cannot be used: {reason}; {free_name(name, words)!r} is free"
         raise InputError("symoro-elastic", place, what)
 
 
@@ -197,7 +165,7 @@ def generate(
     texts = [name for name in targets if name in TARGETS]
     scene, form = in_form(machine if texts else _of_unit(machine), scene, announce)
     made = [_code(machine, scene, texts, announce, precisions, tools)] if texts else []
-    if fmu.NAME in targets:
+    if FMU in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
     announce("write")
     written = write_files(out / machine.name, {name: x for one in made for name, x in one.files.items()})
@@ -247,7 +215,7 @@ def report(
         raise InputError(source, "--report", str(error)) from None
     except UnknownProcessor as error:
         what = f"the code that {tools.compiler[0]} makes ({error}) is not read: {', '.join(PROCESSORS)} are"
-        raise InputError("symoro-elastic", "--cc", what) from None
+        raise InputError("symoro-elastic", "--compiler", what) from None
 
 
 def in_form(machine: Machine, scene: Scene, announce: Announce = announce_nothing) -> tuple[Scene, Choice | None]:
@@ -255,7 +223,7 @@ def in_form(machine: Machine, scene: Scene, announce: Announce = announce_nothin
 
     Raises `InputError` where no model of the scene has forms.
     """
-    from symoro_elastic.numerics.forms import with_form
+    from symoro_elastic.numerics.verification.forms import with_form
 
     if scene.form == AUTO:
         refuse_degenerate(machine, scene)
@@ -265,14 +233,14 @@ def in_form(machine: Machine, scene: Scene, announce: Announce = announce_nothin
 
 def _of_unit(machine: Machine) -> Machine:
     """The machine whose models an FMU holds."""
-    from symoro_elastic.fmu.programs import parametrized
+    from symoro_elastic.generation.fmu.programs import with_parameters
 
-    return parametrized(machine)
+    return with_parameters(machine)
 
 
 def _unit(machine: Machine, scene: Scene, options: fmu.Options, announce: Announce) -> _Made:
     """The FMU of a machine; raises `InputError`."""
-    from symoro_elastic.fmu.mock_up_unit import unit_of
+    from symoro_elastic.generation.fmu.mock_up_unit import unit_of
 
     refuse_degenerate(machine, replace(scene, models=(DIRECT,)))
     unit = unit_of(machine, scene, options, announce)
@@ -292,22 +260,22 @@ def verify(
 
     `progress(done, total)` is called after each state. Raises `InputError`, `NoValues`, `CompilationFailed`.
     """
-    from symoro_elastic.numerics.verify import compare, compiled, refuse_unverifiable, rendered
+    from symoro_elastic.numerics.verification.verify import build_code, compare, refuse_unverifiable, render_verified
 
     refuse_unverifiable(machine, scene)
     asked = programs(machine, replace(scene, steps=()), announce)
     announce("render")
-    files = rendered(asked.package)
+    files = render_verified(asked.package)
     with tempfile.TemporaryDirectory() as folder:
         announce("compile")
-        code = compiled(asked.package, files, Path(folder))
+        code = build_code(asked.package, files, Path(folder))
         announce("verify")
         return compare(asked, code, seed=seed, progress=progress)
 
 
-def _grouped(machine: Machine, warn: Callable[[str], None]) -> Machine:
+def _grouped(machine: DescribedMachine, warn: Callable[[str], None]) -> DescribedMachine:
     """The machine with base inertial parameters."""
-    from symoro_elastic.grouping import base_machine
+    from symoro_elastic.generation.grouping import base_machine
 
     grouped, doubts = base_machine(machine)
     for line in doubts:
@@ -346,7 +314,7 @@ def refuse_degenerate(machine: Machine, scene: Scene) -> None:
 
 def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
     """(message, joints) of each pivot that is zero in one of the asked models."""
-    kept, constants = restricted(machine, scene), folded(machine, scene)
+    kept, constants = restrict(machine, scene), names_to_fold(machine, scene)
     asked = {MODELS[name].pivots for name in models_of(scene) if name in MODELS}
     asked |= {Pivots.ALL} if scene.steps else set()
     found: dict[int, Degeneracy] = {}

@@ -1,1 +1,1 @@
-"""The machine as data, its checks and its file formats."""
+"""The machine as data, its names and its checks; scenes and motions that are asked of it."""

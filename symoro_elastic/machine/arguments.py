@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from symoro_elastic.machine.machine import Given, Machine
+from symoro_elastic.machine.machine import KnownOfBase, Machine
 from symoro_elastic.quantities import QUANTITIES, Quantity, Role
 
 PARAMETERS = "p"
@@ -13,7 +13,7 @@ PARAMETERS = "p"
 
 def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
     """Names of the entries of each argument."""
-    numbers = {"n": machine.moving, "m": machine.motors, "d": machine.dependent, "": ()}
+    numbers = {"n": machine.independent, "m": machine.motors, "d": machine.dependent, "": ()}
     of = {letter: {j: str(machine.joint(j).variable) for j in joints} for letter, joints in numbers.items()}
     of["s"] = {j: str(joint.variable) for j, joint in machine.static.items()}
     of["w"] = {k: str(asked) for k, asked in enumerate(machine.forces, start=1)}
@@ -32,7 +32,7 @@ def _entries(row: Quantity, variables: Mapping[int, str]) -> tuple[str, ...]:
 def column_names(machine: Machine, columns: Sequence[str]) -> tuple[str, ...]:
     """Names that the columns of derivatives may be chosen by: parameters, or arguments and their entries.
 
-    `columns` are the arguments that derivatives are taken by, those of a floating base left out.
+    `columns` are the arguments that derivatives are taken by, those of the base left out.
     """
     if PARAMETERS in columns:
         return tuple(parameter.name for parameter in machine.parameters)
@@ -43,7 +43,12 @@ def column_names(machine: Machine, columns: Sequence[str]) -> tuple[str, ...]:
 
 
 def columns_of_base(machine: Machine) -> tuple[str, ...]:
-    """What derivatives are taken by on a floating base, in addition."""
+    """What derivatives are taken by in addition where the base moves freely."""
+    return tuple(name for known in known_of_base(machine) for name in ("pose", "V0", known))
+
+
+def known_of_base(machine: Machine) -> tuple[str, ...]:
+    """What functions are given of a base that moves freely, V0d or f0; nothing where it is fixed."""
     if machine.floating is None:
         return ()
-    return "pose", "V0", "V0d" if machine.floating.known is Given.ACCELERATION else "f0"
+    return ("V0d",) if machine.floating.known is KnownOfBase.ACCELERATION else ("f0",)

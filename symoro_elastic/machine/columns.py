@@ -155,14 +155,14 @@ def cells(owner: Any) -> Iterator[tuple[Cell, Formula]]:
         yield from zip(one.cells, values, strict=True)
 
 
-def declared(owner: type, section: str = "", form: str = COLUMN) -> tuple[Column, ...]:
+def declared_columns(owner: type, section: str = "", form: str = COLUMN) -> tuple[Column, ...]:
     """Columns of a class, all or those of one section of a TOML file.
 
     Those of bodies about the origin of their frame; about their centre of mass where `form` is `CENTRAL`.
     """
     found: list[Column] = []
     for _, one in _layout(owner):
-        found += declared(one, form=form) if isinstance(one, type) else [one[form]]
+        found += declared_columns(one, form=form) if isinstance(one, type) else [one[form]]
     return tuple(one for one in found if section in ("", one.section))
 
 

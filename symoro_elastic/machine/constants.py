@@ -7,36 +7,41 @@ from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
+from symoro_elastic.machine.described import AnyMachine, with_changed_scene
 from symoro_elastic.machine.formula import Formula, FormulaError
-from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import ALL, AT, Asked
+from symoro_elastic.machine.scene import ALL, AT, RequestedPart, Scene
 
+WITH_CELLS = ("joints", "base", "floating", "loops", "static", "forces")
+"""Fields of a machine in which names of parameters stand."""
 _NAME = re.compile(r"(?<![\w.])[A-Za-z_]\w*", re.ASCII)
 
 
-def with_constants(machine: Machine, names: Collection[str]) -> Machine:
+def with_constants(machine: AnyMachine, names: Collection[str]) -> AnyMachine:
     """The machine with the values of these parameters in place of their names, wherever they occur.
 
     Raises `InputError` where an expression grows beyond what is read.
     """
     values = {p.name: p.value for p in machine.parameters if p.name in names and p.value is not None}
+    kept = tuple(parameter for parameter in machine.parameters if parameter.name not in values)
     try:
-        inside: Machine = _replaced(replace(machine, parameters=(), scene=None, motions=()), values)
-        scene = _replaced(machine.scene, values)
+        cells = {name: _replaced(getattr(machine, name), values) for name in WITH_CELLS}
+        return with_changed_scene(replace(machine, parameters=kept, **cells), lambda scene: _scene(scene, values))
     except FormulaError as error:
         raise machine.error("parameters", f"{', '.join(values)}: {error}") from None
-    if scene is not None and scene.fold != ALL:
-        scene = replace(scene, fold=tuple(name for name in scene.fold if name not in values))
-    kept = tuple(parameter for parameter in machine.parameters if parameter.name not in values)
-    return replace(inside, parameters=kept, scene=scene, motions=machine.motions)
+
+
+def _scene(scene: Scene, values: Mapping[str, Formula]) -> Scene:
+    """The scene with values in place of names, which are no longer among its constants."""
+    found: Scene = _replaced(scene, values)
+    return found if found.fold == ALL else replace(found, fold=tuple(name for name in found.fold if name not in values))
 
 
 def _replaced(x: Any, values: Mapping[str, Formula]) -> Any:
     """Data with values in place of names in all its formulas, points in the outputs of a scene included."""
     if isinstance(x, Formula):
-        return substituted(x, values)
+        return substitute(x, values)
     if isinstance(x, str) and AT in x:
-        return str(_replaced(Asked.parse(x), values))
+        return str(_replaced(RequestedPart.parse(x), values))
     if isinstance(x, tuple):
         return tuple(_replaced(part, values) for part in x)
     if isinstance(x, dict):
@@ -46,7 +51,7 @@ def _replaced(x: Any, values: Mapping[str, Formula]) -> Any:
     return x
 
 
-def substituted(formula: Formula, values: Mapping[str, Formula]) -> Formula:
+def substitute(formula: Formula, values: Mapping[str, Formula]) -> Formula:
     """The expression with others in place of names; raises `FormulaError` where it grows beyond what is read."""
     if not formula.names & values.keys():
         return formula

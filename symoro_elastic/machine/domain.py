@@ -6,7 +6,7 @@ import random
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.columns import Cell, cells
 from symoro_elastic.machine.formula import Formula, FormulaError
@@ -48,14 +48,14 @@ class Domain:
         names = {name for one in self.cells for name in one.formula.names}
         self.free = sorted(x for x, j in machine.variables.items() if x in names and j not in machine.in_loops)
 
-    def undefined(self, symbols: Mapping[str, float]) -> Undefined | None:
+    def first_undefined(self, symbols: Mapping[str, float]) -> Undefined | None:
         """Return the first cell without value or slope where parameters and variables have these values."""
         return next((one for one in self.cells if not self._is_defined(one.formula, symbols)), None)
 
-    def defined(self, symbols: Mapping[str, float], source: random.Random) -> dict[str, float] | None:
+    def nearest_defined(self, symbols: Mapping[str, float], source: random.Random) -> dict[str, float] | None:
         """Return the values with free variables changed until all cells have a value; None where none is found."""
         for values in self._drawn(symbols, source):
-            if self.undefined(values) is None:
+            if self.first_undefined(values) is None:
                 return values
         return None
 

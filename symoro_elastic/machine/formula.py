@@ -57,7 +57,7 @@ class Formula:
     def parse(cls, source: str | SupportsFloat) -> Formula:
         """Read a number, of numpy too, or a text; raises `FormulaError`."""
         if isinstance(source, bool):
-            raise FormulaError(f"{source} is no number")
+            raise FormulaError(f"{source} is not a number")
         text = source if isinstance(source, str) else _plain_number(source)
         return cls(text.strip(), _Parser(text).parse())
 
@@ -101,6 +101,15 @@ class Formula:
         refuse_range(result)
         return result
 
+    def known_value(self, names: Mapping[str, float]) -> float | None:
+        """Value in double precision, None where a name has no value or the formula has none."""
+        if not self.names <= names.keys():
+            return None
+        try:
+            return self.value(names)
+        except FormulaError:
+            return None
+
     def __repr__(self) -> str:
         return f"Formula({self.text!r})"
 
@@ -122,7 +131,7 @@ def refuse_range(x: float) -> None:
         raise FormulaError(f"{x:g} is out of range ({SMALLEST:g} to {LARGEST:g}): check the units")
 
 
-def written(tree: Tree, within: int = 0) -> str:
+def text_of(tree: Tree, within: int = 0) -> str:
     """The text of a part of an expression for messages, numbers to six digits; in brackets where it binds weaker."""
     operation, *parts = tree
     strength = BINDING.get(operation, 5)
@@ -132,14 +141,14 @@ def written(tree: Tree, within: int = 0) -> str:
         case "pi" | "name":
             text = str(parts[0]) if parts else "pi"
         case "neg":
-            text = f"-{written(parts[0], 4)}"
+            text = f"-{text_of(parts[0], 4)}"
         case "power":
-            text = f"{written(parts[0], 5)}^{parts[1] if parts[1] >= 0 else f'({parts[1]})'}"
+            text = f"{text_of(parts[0], 5)}^{parts[1] if parts[1] >= 0 else f'({parts[1]})'}"
         case "+" | "-" | "*" | "/":
             sign = f" {operation} " if strength == 1 else operation
-            text = f"{written(parts[0], strength)}{sign}{written(parts[1], strength + 1)}"
+            text = f"{text_of(parts[0], strength)}{sign}{text_of(parts[1], strength + 1)}"
         case _:
-            text = f"{operation}({', '.join(map(written, parts))})"
+            text = f"{operation}({', '.join(map(text_of, parts))})"
     return f"({text})" if strength < within else text
 
 
@@ -161,7 +170,7 @@ def _function_of_floats(name: str) -> Callable[..., float]:
 
 
 def _tangent(angle: SupportsFloat) -> float:
-    """The tangent of an angle that is no odd multiple of pi/2, as far as rounding can tell."""
+    """The tangent of an angle that is not an odd multiple of pi/2, as far as rounding can tell."""
     x = float(angle)
     if abs(math.cos(x)) <= 2 * math.ulp(x):
         raise ZeroDivisionError
@@ -300,7 +309,7 @@ class _Parser:
 
     def call(self, name: str) -> Tree:
         if name not in FUNCTIONS:
-            raise FormulaError(f"{name!r} is no function here: there are {', '.join(FUNCTIONS)}")
+            raise FormulaError(f"{name!r} is not a function here: there are {', '.join(FUNCTIONS)}")
         self.take()
         arguments = [self.sum()]
         while self.peek() == ",":

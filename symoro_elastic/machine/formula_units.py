@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
-from symoro_elastic.machine.formula import Formula, Tree, written
-from symoro_elastic.machine.names import quoted
+from symoro_elastic.machine.formula import Formula, Tree, text_of
+from symoro_elastic.machine.names import quote
 from symoro_elastic.quantities import units
 from symoro_elastic.quantities.units import Powers, product
 
@@ -59,14 +59,14 @@ class Mismatch:
         return not self.is_in_function and pair in ((ANGLE, LENGTH), (LENGTH, ANGLE))
 
     @property
-    def said(self) -> str:
+    def message(self) -> str:
         """What is wrong, and the way out."""
-        part = written(self.part)
+        part = text_of(self.part)
         if self.is_radius_missing:
             one, other = ("a length", "an angle") if self.needed == ANGLE else ("an angle", "a length")
             return f"{part} is {one}, added to {other} in {self.within}: a radius or a pitch is missing, as in R*q1"
-        has = f"is in {units.written(self.found.powers)}" if self.found.powers else "has no unit"
-        needed = "an angle" if self.needed == ANGLE else units.written(self.needed) or "a number"
+        has = f"is in {units.unit_text(self.found.powers)}" if self.found.powers else "has no unit"
+        needed = "an angle" if self.needed == ANGLE else units.unit_text(self.needed) or "a number"
         return (
             f"{part} {has} in {self.within}, where {needed} is needed: correct the formula, or a unit in [parameters]"
         )
@@ -74,7 +74,7 @@ class Mismatch:
 
 def mismatches(formula: Formula, names: Mapping[str, Powers], needed: Powers) -> list[Mismatch]:
     """Parts of a formula whose unit does not fit, by those of the names that have one and by that of the formula."""
-    found = _Units(names, quoted(formula))
+    found = _Units(names, quote(formula))
     found.same([*terms(formula.tree)], Measure(needed))
     return found.mismatches
 
@@ -134,7 +134,7 @@ class _Units:
         return Measure(powers, any(one.counted for one, _ in known), all(one.bare for one, _ in known))
 
     def same(self, parts: Sequence[Tree], needed: Measure | None = None) -> Measure | None:
-        """The unit that parts have in common: the one needed, else that of the first, which is no angle if one is none.
+        """The unit common to parts: the one needed, else the first, preferably one that is not an angle.
 
         Numbers take the unit of the others.
         """
@@ -154,7 +154,7 @@ class _Units:
         """The unit of a sine, cosine or tangent: none, of an angle."""
         angle = self.of(tree[1])
         if angle and not fits(angle.powers, ANGLE):
-            self.mismatches.append(Mismatch(tree[1], angle, ANGLE, written(tree), is_mixed=True, is_in_function=True))
+            self.mismatches.append(Mismatch(tree[1], angle, ANGLE, text_of(tree), is_mixed=True, is_in_function=True))
         return Measure({})
 
 

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from symoro_elastic.machine.described import AnyMachine, with_changed_scene
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import Given, Joint, Kind, Machine
+from symoro_elastic.machine.machine import Joint, Kind, KnownOfBase
 from symoro_elastic.machine.scene import BASE
 
 COORDINATES = tuple(f"{BASE}.{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
@@ -16,7 +17,7 @@ COORDINATES = tuple(f"{BASE}.{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz
 QUARTER = Formula.parse("pi/2")
 
 
-def with_base_coordinates(machine: Machine) -> Machine:
+def with_base_coordinates(machine: AnyMachine) -> AnyMachine:
     """Return the machine on a base at rest, its six degrees of freedom being the first joints.
 
     Each axis is the next of x, y, z: Rot(z, pi/2) Rot(x, pi/2) permutes them. Raises `InputError` for a joint
@@ -24,7 +25,7 @@ def with_base_coordinates(machine: Machine) -> Machine:
     """
     if machine.floating is None:
         return machine
-    if machine.floating.known is Given.ACCELERATION:
+    if machine.floating.known is KnownOfBase.ACCELERATION:
         return replace(machine, floating=None)
     if any(joint.name == BASE for joint in machine.joints):
         what = f"on a floating base this name belongs to the base: choose another for the joint {BASE!r}"
@@ -36,7 +37,14 @@ def with_base_coordinates(machine: Machine) -> Machine:
     loops = tuple(replace(loop, cut=loop.cut + before, meets=loop.meets + before) for loop in machine.loops)
     static = {j + before: replace(row, antecedent=row.antecedent + before) for j, row in machine.static.items()}
     joints = (*coordinates, base, *carried)
-    return replace(machine, joints=joints, loops=loops, static=static, floating=None, scene=None)
+    free = replace(machine, joints=joints, loops=loops, static=static, floating=None)
+    return with_changed_scene(free, lambda _: None)
+
+
+def with_given_acceleration(machine: AnyMachine) -> AnyMachine:
+    """Return the machine with a given acceleration of its base, where that moves freely."""
+    floating = machine.floating and replace(machine.floating, known=KnownOfBase.ACCELERATION)
+    return replace(machine, floating=floating)
 
 
 def _coordinate(k: int, name: str) -> Joint:

@@ -6,9 +6,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from symoro_elastic.machine.columns import Cell, with_cells
+from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Joint, Machine, Parameter
-from symoro_elastic.machine.names import IN_USE, NONE, Reasons, reserved
+from symoro_elastic.machine.machine import Joint, Parameter
+from symoro_elastic.machine.names import IN_USE, NONE, Reasons, why_reserved
 
 SECTIONS = ("bodies", "springs", "motors", "friction", "wrenches")
 """Tables whose numbers may become parameters; lengths and angles are the structure of a machine."""
@@ -16,7 +17,7 @@ STEMS = {"center_of_mass": "c", "damping": "d", "neutral": "n"}
 """Of the names of columns that have no symbol of their own in .par files."""
 
 
-def freed(machine: Machine, sections: Collection[str], taken: Reasons = NONE) -> Machine:
+def with_free_numbers(machine: AnyMachine, sections: Collection[str], taken: Reasons = NONE) -> AnyMachine:
     """Return the machine with the numbers of these tables as parameters: M3, XX3, k13, IA1 ... with their values.
 
     The number is that of the joint. Zeros stay: they are structure. Where a name is used already, or `taken`, or one
@@ -51,4 +52,4 @@ def _stem(cell: Cell) -> str:
 
 def _unused(name: str, used: Reasons) -> str:
     candidates: Sequence[str] = (name, f"free_{name}", *(f"free_{name}_{k}" for k in range(1, len(used) + 1)))
-    return next(one for one in candidates if reserved(one, used) is None)
+    return next(one for one in candidates if why_reserved(one, used) is None)

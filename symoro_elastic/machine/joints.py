@@ -209,19 +209,19 @@ class Joint:
         *(Dimension.ROTOR_INERTIA, "motors", "IA"),
         symbol="Ia",
         tunable=True,
-        meaning="inertia of the rotor as the joint feels it: its own times the square of the gear ratio; on a coupled "
+        meaning="inertia of the rotor reflected to the joint: its own times the square of the gear ratio; on a coupled "
         "joint it turns with that joint, and is counted beside the body of the row",
         example="1.2",
     )
     ratio: Formula = column(
         *(Dimension.RATIO, "motors", "ratio"),
-        meaning="turns of the rotor for one of the joint, rad/m where it slides: rotor_inertia is then that of the "
+        meaning="rotor turns per joint turn, rad/m where it slides: rotor_inertia is then that of the "
         "rotor about its own axis, kg m2",
         example="100",
     )
     sharing: Formula = column(
         *(Dimension.NUMBER, "motors", "sharing"),
-        meaning="share of the torque that motors on the same freedom take, where only their sum is determined",
+        meaning="load-sharing weight of motors on the same degree of freedom, where only their sum is determined",
         example="1",
     )
     friction: Friction = Friction()

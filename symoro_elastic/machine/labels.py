@@ -43,7 +43,7 @@ class ParameterLabels:
         """`XX3` for the entry XX of joint 3; `XX_3` where XX3 is the name of something else in the machine."""
         return next(label for label in _candidates(j, entry) if label not in self.taken or (j, label) in self._own)
 
-    def grouped(self, j: int, entry: str) -> str:
+    def grouped_name(self, j: int, entry: str) -> str:
         """`XXR3` for the sum that is grouped in the entry XX of joint 3, `XXRR3` ... where that is taken."""
         return next(label for label in (f"{entry}{'R' * k}{j}" for k in count(1)) if label not in self.taken)
 

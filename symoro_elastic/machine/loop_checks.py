@@ -6,11 +6,12 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 
 from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.names import Reasons, did_you_mean, quoted, reserved
+from symoro_elastic.machine.names import Reasons, did_you_mean, quote, why_reserved
 
 Fault = tuple[str, str]
 """A key, and what is wrong with it."""
@@ -69,9 +70,9 @@ def loop_faults(machine: Machine, taken: Reasons) -> Iterator[Fault]:
     """Faults of the entries of loops, with their place."""
     ends: dict[int, str] = {}
     for loop in machine.loops:
-        reason = reserved(loop.name, taken)
+        reason = why_reserved(loop.name, taken)
         if reason or loop.name in (other.name for other in machine.loops if other is not loop):
-            yield f"loop {quoted(loop.name)}", f"this name cannot be used: {reason or 'two loops have it'}"
+            yield f"loop {quote(loop.name)}", f"this name cannot be used: {reason or 'two loops have it'}"
         yield from _placed(loop, (*_ends(machine, loop, ends), *_dependent(machine, loop), *_start(machine, loop)))
         ends |= {loop.cut: loop.name, loop.meets: loop.name}
     yield from _twice_dependent(machine)
@@ -88,9 +89,9 @@ def _ends(machine: Machine, loop: Loop, ends: Mapping[int, str]) -> Iterator[Fau
         yield "meets", f"{meets.name} is the cut joint itself: name the fixed frame that it meets"
     if cut.kind != Kind.CUT:
         known = [joint.name for joint in machine.joints if joint.kind == Kind.CUT]
-        yield "cut", f'{cut.name} is no cut joint: its row needs kind = "cut"{did_you_mean(cut.name, known)}'
+        yield "cut", f'{cut.name} is not a cut joint: its row needs kind = "cut"{did_you_mean(cut.name, known)}'
     if meets.kind != Kind.FIXED and loop.cut != loop.meets:
-        yield "meets", f"{meets.name} is no fixed frame: the cut joint meets a row of its own, of kind fixed"
+        yield "meets", f"{meets.name} is not a fixed frame: the cut joint meets a row of its own, of kind fixed"
     for key, row, joint in (("cut", loop.cut, cut), ("meets", loop.meets, meets)):
         if row in ends:
             yield (
@@ -106,16 +107,16 @@ def _ends(machine: Machine, loop: Loop, ends: Mapping[int, str]) -> Iterator[Fau
 def _dependent(machine: Machine, loop: Loop) -> Iterator[Fault]:
     """Faults of the joints whose variables depend on the others of the loop."""
     names = {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
-    inside = [machine.joint(j).name for j in machine.owners_in(loop)]
+    inside = [machine.joint(j).name for j in machine.with_variable_in(loop)]
     for name in loop.dependent:
         if name not in names:
-            yield "dependent", f"no joint {quoted(name)}{did_you_mean(name, inside)}"
+            yield "dependent", f"no joint {quote(name)}{did_you_mean(name, inside)}"
         elif names[name] == loop.cut:
             yield "dependent", f"{name} is the cut joint, whose variable follows anyway: leave it out"
-        elif names[name] in machine.articulated and names[name] not in machine.owners:
+        elif names[name] in machine.articulated and names[name] not in machine.with_variable:
             yield "dependent", f"{name} is coupled and has no variable of its own: name the joint that it follows"
         elif name not in inside:
-            yield "dependent", f"{name} is no joint of the loop: those are {', '.join(inside)}"
+            yield "dependent", f"{name} is not a joint of the loop: those are {', '.join(inside)}"
     if len(set(loop.dependent)) < len(loop.dependent):
         yield "dependent", "a joint is named twice"
     if not loop.dependent and machine.around(loop) and not machine.dependent_in(loop):
@@ -127,8 +128,8 @@ def _start(machine: Machine, loop: Loop) -> Iterator[Fault]:
     known = {joint.variable for joint in machine.joints if joint.variable}
     for name in loop.start:
         if name not in known:
-            yield "start", f"no joint variable {quoted(name)}{did_you_mean(name, sorted(known))}"
-    needed = [str(machine.joint(j).variable) for j in machine.owners_in(loop)]
+            yield "start", f"no joint variable {quote(name)}{did_you_mean(name, sorted(known))}"
+    needed = [str(machine.joint(j).variable) for j in machine.with_variable_in(loop)]
     missing = [name for name in needed if name not in loop.start]
     if loop.start and missing:
         yield "start", f"it misses {', '.join(missing)}: give one position of the whole loop, or leave start out"
@@ -169,10 +170,10 @@ def _without_value(machine: Machine, formula: Formula, values: Mapping[str, floa
     for name in sorted(formula.names - parameters):
         return f"{name!r} is not declared{did_you_mean(name, parameters)}"
     missing = ", ".join(sorted(formula.names - values.keys()))
-    return f"{missing} has no value, but a branch is told by numbers: give it one, or write a number"
+    return f"{missing} has no value, but numbers tell the branch: give it one, or write a number"
 
 
-def loop_warnings(machine: Machine) -> list[str]:
+def loop_warnings(machine: DescribedMachine) -> list[str]:
     """Warnings about loops around the same joints as another, and about a SYMORO type without its loops."""
     lines, seen = [], dict[tuple[int, ...], str]()
     for loop in machine.loops:
@@ -182,9 +183,9 @@ def loop_warnings(machine: Machine) -> list[str]:
     return lines + [f"Type = {said}: {what}" for said, what in _structure(machine)]
 
 
-def _structure(machine: Machine) -> Iterator[Fault]:
+def _structure(machine: DescribedMachine) -> Iterator[Fault]:
     """The type of structure that a .par file gives, where it is not that of its rows."""
-    said, count = machine.extras.get("Type", ""), len(machine.loops)
+    said, count = machine.origin.extras.get("Type", ""), len(machine.loops)
     if said == "2" and not count:
         what = "a .par file with closed loops has NJ > NL, with rows for cut joints and for the frames that they meet"
         yield said, f"there is no closed loop, the machine is taken as a tree; {what}"

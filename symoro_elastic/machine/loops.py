@@ -36,7 +36,7 @@ class Loop:
 def path(antecedents: Sequence[int], j: int) -> list[int]:
     """Numbers of the rows from the base to row j; `antecedents[j - 1]` is that of row j.
 
-    It ends where an antecedent is no row above its own, as in a table that is not checked yet.
+    It ends where an antecedent is not a row above its own, as in a table that is not checked yet.
     """
     rows: list[int] = []
     while j > 0:

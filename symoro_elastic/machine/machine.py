@@ -11,7 +11,8 @@ from enum import StrEnum
 from functools import cached_property
 from typing import TypeVar
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.results import Shown
 from symoro_elastic.machine.columns import AXES, Dimension, column
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import (
@@ -27,13 +28,9 @@ from symoro_elastic.machine.joints import (
     Wrench,
 )
 from symoro_elastic.machine.loops import Closing, Loop, branches
-from symoro_elastic.machine.prescribed_motion import PrescribedMotion
-from symoro_elastic.machine.scene import Asked, Scene
-from symoro_elastic.machine.wanted import Wanted
-from symoro_elastic.results import Part, Shown, Titled
+from symoro_elastic.machine.scene import RequestedPart
 
 __all__ = [
-    "BASE_PARAMETERS",
     "NO_INERTIA",
     "NO_VECTOR",
     "Base",
@@ -41,10 +38,10 @@ __all__ = [
     "Closing",
     "Floating",
     "Friction",
-    "Given",
     "Inertia6",
     "Joint",
     "Kind",
+    "KnownOfBase",
     "Loop",
     "Machine",
     "Orientation",
@@ -55,8 +52,6 @@ __all__ = [
 ]
 
 T = TypeVar("T")
-BASE_PARAMETERS = "base_parameters"
-"""Key of the extras of a machine whose inertial parameters have been grouped."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +101,7 @@ class Orientation(StrEnum):
     QUATERNION = "quaternion"
 
 
-class Given(StrEnum):
+class KnownOfBase(StrEnum):
     """Known quantity of a floating base: the wrench on it, or its acceleration."""
 
     WRENCH = "wrench"
@@ -122,7 +117,7 @@ class Floating:
     """
 
     orientation: Orientation = Orientation.ROTATION
-    known: Given = Given.WRENCH
+    known: KnownOfBase = KnownOfBase.WRENCH
     body: Body = Body()
 
 
@@ -130,13 +125,11 @@ class Floating:
 class Machine(Shown):
     """A tree of bodies joined by motors, springs, passive and coupled joints and fixed frames, closed by `loops`.
 
-    `joint(j)` is row j of the table. `notes` are remarks carried along; `extras` are
-    entries of a file format that no model uses, kept so that reading then writing loses nothing.
-    `motions` are to be simulated, `wanted` is what is wanted of them: no model uses them either.
-    `source` is the file it was read from, `name_origin` says where its name comes from unless it is given there.
-    `static` are the rows, by number, of springs that a scene leaves out of the motion, as they are when they deflect;
-    `forces` the frames, and points of them, on which wrenches act that its models take as arguments.
-    `remarks` say, a line each, what its file holds and the machine does not: `checks.check` warns of them.
+    It is mechanics only: what a file asks of it, and where it came from, stand in a `DescribedMachine`.
+    `joint(j)` is row j of the table. Where it `is_grouped`, its inertial parameters are base parameters, which are
+    not those of physical bodies. `static` are the rows, by number, of springs that are left out of the motion, as they
+    are when they deflect; `forces` the frames, and points of them, on which wrenches act that its models take as
+    arguments. `source` is the file that messages name.
     """
 
     name: str
@@ -144,49 +137,31 @@ class Machine(Shown):
     parameters: tuple[Parameter, ...] = ()
     base: Base = Base()
     floating: Floating | None = None
-    scene: Scene | None = None
-    notes: tuple[str, ...] = ()
-    extras: dict[str, str] = field(default_factory=dict)
     source: str = ""
-    name_origin: str = field(default="", compare=False)
     loops: tuple[Loop, ...] = ()
-    motions: tuple[PrescribedMotion, ...] = ()
-    wanted: Wanted | None = None
+    is_grouped: bool = False
     static: dict[int, Joint] = field(default_factory=dict)
-    forces: tuple[Asked, ...] = ()
-    remarks: tuple[str, ...] = field(default=(), compare=False)
+    forces: tuple[RequestedPart, ...] = ()
 
     @property
     def headline(self) -> str:
         """Its name, and how many joints and motors it has."""
-        counts = {"coordinate": len(self.moving), "motor": len(self.motors), "spring": len(self.elastic)}
+        counts = {"coordinate": len(self.independent), "motor": len(self.motors), "spring": len(self.elastic)}
         counts |= {"row": len(self.joints), **({"loop": len(self.loops)} if self.loops else {})}
         numbered = (f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items())
         return f"Machine {self.name}: {', '.join(numbered)}"
-
-    def parts(self) -> list[Part]:
-        """Return the table of geometric parameters, and the values of named parameters."""
-        from symoro_elastic.machine.table import machine_table
-
-        values = (f"{p.name} = {p.value or 'no value'} {p.unit}".rstrip() for p in self.parameters)
-        return [self.headline, Titled(machine_table(self), self.name, keys=2), *values]
-
-    @property
-    def is_grouped(self) -> bool:
-        """Whether its inertial parameters are base parameters, which are not those of physical bodies."""
-        return self.extras.get(BASE_PARAMETERS) == "true"
 
     def joint(self, j: int) -> Joint:
         """Joint number `j`, counted from 1 as in the table."""
         return self.joints[j - 1]
 
     @cached_property
-    def moving(self) -> tuple[int, ...]:
+    def independent(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints that own an independent variable, in table order: the entries of q."""
-        return tuple(j for j in self.owners if j not in self.dependent)
+        return tuple(j for j in self.with_variable if j not in self.dependent)
 
     @cached_property
-    def owners(self) -> tuple[int, ...]:
+    def with_variable(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints of the tree that have a variable of their own, in table order."""
         return tuple(j for j in self.articulated if self.joint(j).kind is not Kind.COUPLED)
 
@@ -196,15 +171,25 @@ class Machine(Shown):
         numbered = enumerate(self.joints, start=1)
         return tuple(j for j, joint in numbered if joint.sigma != 2 and joint.kind is not Kind.CUT)
 
+    @property
+    def free_bodies(self) -> tuple[Body, ...]:
+        """The body of a base that moves freely; none where the base is fixed."""
+        return (self.floating.body,) if self.floating else ()
+
+    @property
+    def degrees_of_base(self) -> int:
+        """Degrees of freedom of the base: 6 or 0."""
+        return 6 * len(self.free_bodies)
+
     @cached_property
     def dependent(self) -> tuple[int, ...]:
-        """Numbers (from 1) of the joints whose variables loops give, in table order: the entries of q_dep."""
+        """Numbers (from 1) of the joints whose variables loops give, in table order."""
         return tuple(sorted({j for loop in self.loops for j in self.dependent_in(loop)}))
 
     def dependent_in(self, loop: Loop) -> tuple[int, ...]:
         """Numbers of the dependent joints of a loop: those it names, else its passive joints."""
         if loop.dependent:
-            return tuple(j for j in self.owners if self.joint(j).name in loop.dependent)
+            return tuple(j for j in self.with_variable if self.joint(j).name in loop.dependent)
         return tuple(j for j in self.around(loop) if self.joint(j).kind is Kind.PASSIVE)
 
     def around(self, loop: Loop) -> tuple[int, ...]:
@@ -212,16 +197,16 @@ class Machine(Shown):
         rows = {j for branch in branches(self.antecedents, loop) for j in branch}
         return tuple(j for j in self.articulated if j in rows)
 
-    def owners_in(self, loop: Loop) -> tuple[int, ...]:
+    def with_variable_in(self, loop: Loop) -> tuple[int, ...]:
         """Numbers of the joints on whose variables those around a loop depend, by their cells."""
         joints = [self.joint(j) for j in self.around(loop)]
         names = {name for joint in joints for name in (str(joint.variable), *joint.selected.names)}
-        return tuple(j for j in self.owners if self.joint(j).variable in names)
+        return tuple(j for j in self.with_variable if self.joint(j).variable in names)
 
     @cached_property
     def in_loops(self) -> frozenset[int]:
         """Numbers of the joints on whose variables those of some loop depend."""
-        return frozenset(j for loop in self.loops for j in self.owners_in(loop))
+        return frozenset(j for loop in self.loops for j in self.with_variable_in(loop))
 
     @cached_property
     def antecedents(self) -> tuple[int, ...]:
@@ -231,10 +216,10 @@ class Machine(Shown):
     @cached_property
     def variables(self) -> dict[str, int]:
         """Number of the joint that owns a variable, by the name of the variable."""
-        return {str(self.joint(j).variable): j for j in self.owners}
+        return {str(self.joint(j).variable): j for j in self.with_variable}
 
     def by_variable(self, by_joint: Mapping[int, T]) -> dict[str, T]:
-        """What belongs to own variables, by their names instead of the numbers of their joints."""
+        """What belongs to joint coordinates, by their names instead of the numbers of their joints."""
         return {str(self.joint(j).variable): x for j, x in by_joint.items()}
 
     @cached_property
@@ -255,9 +240,9 @@ class Machine(Shown):
         return self._numbers_of(Kind.ELASTIC)
 
     @property
-    def moving_joints(self) -> tuple[Joint, ...]:
-        """The joints that have a variable, in the order of the entries of q."""
-        return tuple(map(self.joint, self.moving))
+    def independent_joints(self) -> tuple[Joint, ...]:
+        """The joints that own an independent variable, in the order of the entries of q."""
+        return tuple(map(self.joint, self.independent))
 
     @property
     def motor_joints(self) -> tuple[Joint, ...]:
@@ -267,16 +252,16 @@ class Machine(Shown):
     @property
     def motor_entries(self) -> tuple[int, ...]:
         """Indices into q (from 0) of the joints driven by motors whose variables are independent."""
-        return self.entries(j for j in self.motors if j in self.moving)
+        return self.entries(j for j in self.motors if j in self.independent)
 
     @property
     def elastic_entries(self) -> tuple[int, ...]:
         """Indices into q (from 0) of the elastic joints whose variables are independent."""
-        return self.entries(j for j in self.elastic if j in self.moving)
+        return self.entries(j for j in self.elastic if j in self.independent)
 
     def entries(self, joints: Iterable[int]) -> tuple[int, ...]:
-        """Indices into q (from 0) of moving joints given by their numbers (from 1)."""
-        entry = {j: k for k, j in enumerate(self.moving)}
+        """Indices into q (from 0) of independent joints given by their numbers (from 1)."""
+        entry = {j: k for k, j in enumerate(self.independent)}
         return tuple(entry[j] for j in joints)
 
     def error(self, place: str, what: str) -> InputError:
@@ -289,4 +274,4 @@ class Machine(Shown):
         return self.source or self.name
 
     def _numbers_of(self, kind: Kind) -> tuple[int, ...]:
-        return tuple(j for j in self.owners if self.joint(j).kind is kind)
+        return tuple(j for j in self.with_variable if self.joint(j).kind is kind)

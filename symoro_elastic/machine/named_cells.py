@@ -6,19 +6,20 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import Cell, cells, with_cells
 from symoro_elastic.machine.constants import with_constants
+from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
 from symoro_elastic.machine.loops import branches
 from symoro_elastic.machine.machine import Joint, Machine, Parameter
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import did_you_mean, quote
 
 GEOMETRY = "joints"
 """The section of the file that holds lengths and angles."""
 
 
-def with_named_cells(machine: Machine) -> Machine:
+def with_named_cells(machine: AnyMachine) -> AnyMachine:
     """Return the machine with masses, stiffnesses, lengths ... as parameters `<joint>.<quantity>` with values.
 
     Parameters keep their names. Zeros and angles stay as they are: they are the structure of a machine. So do lengths
@@ -31,7 +32,7 @@ def with_named_cells(machine: Machine) -> Machine:
     return replace(machine, joints=joints, parameters=(*machine.parameters, *named))
 
 
-def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
+def with_values(machine: AnyMachine, values: Mapping[str, float]) -> AnyMachine:
     """Return the machine with other values of parameters, or of the cells named by `with_named_cells`.
 
     Raises `InputError` for names that do not exist, and for values out of range or by which a mass is negative.
@@ -41,7 +42,7 @@ def with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     refuse_values(machine, values, names)
     given = {name: Formula.parse(float(x)) for name, x in values.items()}
     parameters = tuple(replace(p, value=given.get(p.name, p.value)) for p in named.parameters)
-    signed(named, values, {p.name: p.value.value() for p in parameters if p.value is not None})
+    refuse_wrong_signs(named, values, {p.name: p.value.value() for p in parameters if p.value is not None})
     return with_constants(replace(named, parameters=parameters), names[len(machine.parameters) :])
 
 
@@ -50,17 +51,17 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
     source = machine.label
     for name, x in values.items():
         if name not in names:
-            raise InputError(source, "parameters", f"no parameter {quoted(name)}{did_you_mean(name, names)}")
+            raise InputError(source, "parameters", f"no parameter {quote(name)}{did_you_mean(name, names)}")
         try:
             refuse_range(x)
         except FormulaError as error:
             raise InputError(source, name, str(error)) from None
 
 
-def signed(machine: Machine, given: Collection[str], values: dict[str, float]) -> dict[str, float]:
+def refuse_wrong_signs(machine: Machine, given: Collection[str], values: dict[str, float]) -> dict[str, float]:
     """Return the values; raises `InputError` where a given one makes a mass, a stiffness, ... negative."""
     owners: list[tuple[str, Any]] = [(joint.name, joint) for joint in machine.joints]
-    owners += [("base", machine.floating.body)] if machine.floating else []
+    owners += [("base", body) for body in machine.free_bodies]
     for name, owner in owners:
         for cell, formula in cells(owner):
             is_given = not formula.names.isdisjoint(given) and formula.names <= values.keys()

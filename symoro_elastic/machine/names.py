@@ -33,8 +33,8 @@ _MACRO = re.compile(
 )
 
 
-def reserved(name: str, taken: Reasons = NONE) -> str | None:
-    """Reason why `name` is no valid name of a parameter, joint variable, joint or machine; None if valid.
+def why_reserved(name: str, taken: Reasons = NONE) -> str | None:
+    """Reason why `name` is not a valid name of a parameter, joint variable, joint or machine; None if valid.
 
     `taken` holds names that models give to what they generate, and words of the languages of targets.
     """
@@ -62,7 +62,7 @@ def free_name(name: str, taken: Reasons = NONE) -> str:
     stem = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_")[: MAX_NAME - 3] or "x"
     stem = stem if stem[0].isalpha() else f"x{stem}"
     candidates = (stem, f"{stem}_", f"{stem}1", f"my_{stem}", f"my_{stem}_1")
-    return next((found for found in candidates if reserved(found, taken) is None), "x1")
+    return next((found for found in candidates if why_reserved(found, taken) is None), "x1")
 
 
 def distinct(name: str, taken: Collection[str]) -> str:
@@ -72,15 +72,15 @@ def distinct(name: str, taken: Collection[str]) -> str:
     return name
 
 
-def quoted(text: object) -> str:
+def quote(text: object) -> str:
     """`text` for a one-line message: escaped, quoted, at most 60 characters."""
     whole = str(text)
     return repr(whole if len(whole) <= 60 else whole[:57] + "...")
 
 
-def listed(names: Iterable[object]) -> str:
+def list_of_names(names: Iterable[object]) -> str:
     """Names for a one-line message, quoted: the first ten, and how many more there are."""
-    every = [quoted(name) for name in names]
+    every = [quote(name) for name in names]
     return ", ".join(every[:10]) + (f" and {len(every) - 10} more" if len(every) > 10 else "")
 
 
@@ -92,5 +92,5 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     if not close:
         close = [other for other in names if other.lower() == name.lower()]
     if close:
-        return f"; did you mean {quoted(close[0])}?"
-    return f"; there are: {', '.join(quoted(other)[1:-1] for other in names)}" if 0 < len(names) <= 15 else ""
+        return f"; did you mean {quote(close[0])}?"
+    return f"; there are: {', '.join(quote(other)[1:-1] for other in names)}" if 0 < len(names) <= 15 else ""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
-from symoro_elastic.machine.formula import Formula, FormulaError, Tree
+from symoro_elastic.machine.formula import Formula, Tree
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 
 ROUNDING = 1e-9
@@ -19,7 +19,7 @@ Matrix = list[list[float]]
 
 def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
     """Warnings about implausible numbers, one line each; formulas over names without value are skipped."""
-    lines = [f"base: {line}" for line in _inertia(machine.floating.body, values)] if machine.floating else []
+    lines = [f"base: {line}" for body in machine.free_bodies for line in _inertia(body, values)]
     for j, joint in enumerate(machine.joints, start=1):
         inertia = () if machine.is_grouped else _inertia(joint.body, values)
         found = (
@@ -33,19 +33,10 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
     return [*lines, *_moving_nothing(machine, values), *_starts(machine, values)]
 
 
-def _value(formula: Formula, values: Mapping[str, float]) -> float | None:
-    if not formula.names <= values.keys():
-        return None
-    try:
-        return formula.value(values)
-    except FormulaError:
-        return None
-
-
 def _angles(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
     for key in ("gamma", "alpha", "theta"):
         formula: Formula = getattr(joint, key)
-        angle = _value(formula, values)
+        angle = formula.known_value(values)
         if formula.is_zero or angle is None:
             continue
         if abs(angle) > 2 * math.pi:
@@ -66,7 +57,7 @@ def _starts(machine: Machine, values: Mapping[str, float]) -> Iterator[str]:
     owners = {joint.variable: joint for joint in machine.joints}
     for loop in machine.loops:
         for name, formula in loop.start.items():
-            joint, angle = owners[name], _value(formula, values)
+            joint, angle = owners[name], formula.known_value(values)
             alone = name not in geared and machine.variables.keys().isdisjoint(joint.selected.names)
             if joint.sigma == 0 and alone and angle is not None and abs(angle) > 2 * math.pi:
                 what = f"{name} = {formula} is {angle / (2 * math.pi):.3g} turns, as angles are in rad"
@@ -93,7 +84,7 @@ def _holds_pi(tree: Tree) -> bool:
 
 
 def _inertia(body: Body, values: Mapping[str, float]) -> Iterator[str]:
-    numbers = [_value(formula, values) for formula in (body.mass, *body.moments, *body.inertia)]
+    numbers = [formula.known_value(values) for formula in (body.mass, *body.moments, *body.inertia)]
     known = [number for number in numbers if number is not None]
     if len(known) < len(numbers) or not any(known):
         return
@@ -182,7 +173,7 @@ def _or(slides: bool) -> str:
 
 def _heaviness(body: Body, values: Mapping[str, float]) -> tuple[bool, bool]:
     """Whether a body has mass, and moments or inertia; formulas without value count as not zero."""
-    mass, *others = (_value(formula, values) != 0.0 for formula in (body.mass, *body.moments, *body.inertia))
+    mass, *others = (formula.known_value(values) != 0.0 for formula in (body.mass, *body.moments, *body.inertia))
     return mass, any(others)
 
 
@@ -213,7 +204,7 @@ def _without_effect(joint: Joint) -> Iterator[str]:
 
 def _gears(machine: Machine, joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
     """Ratios, and cells of joints that turn with others, beyond those of gears."""
-    ratio = _value(joint.ratio, values)
+    ratio = joint.ratio.known_value(values)
     if ratio is not None and abs(ratio) > FAST:
         yield f"ratio = {joint.ratio}: the rotor turns {abs(ratio):g} times as fast as the joint; is this meant?"
     followed = joint.selected.names & machine.variables.keys()
@@ -232,7 +223,7 @@ def _turns(machine: Machine, variable: str) -> bool:
 
 def _rate(formula: Formula, name: str, values: Mapping[str, float]) -> float:
     """The size of the rate at which a formula changes with one name; 0 where that varies or is not known."""
-    here, there, further = (_value(formula, {**values, name: x}) for x in (0.0, 1.0, 3.0))
+    here, there, further = (formula.known_value({**values, name: x}) for x in (0.0, 1.0, 3.0))
     if here is None or there is None or further is None:
         return 0.0
     rate = there - here

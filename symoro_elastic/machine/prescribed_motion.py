@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 """Components of a force (N) and a moment (N m)."""
@@ -73,7 +73,7 @@ class BaseStart:
     """Start of a floating base, and the wrench on it, which stays.
 
     `position` of its origin in the world, m. `orientation` is a quaternion w x y z or a rotation to axes of the world,
-    row by row. `velocity` (m/s, rad/s) and `wrench` (N, N m; weight is no part of it) have six entries each, in axes
+    row by row. `velocity` (m/s, rad/s) and `wrench` (N, N m; weight is not included) have six entries each, in axes
     of the base.
     """
 

@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
-from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 
 ZZ = 5
@@ -53,7 +53,7 @@ def _is_balanced(body: Body) -> bool:
     return xx.tree == yy.tree and all(x.is_zero for x in (*body.moments[:2], xy, xz, yz))
 
 
-def reduced(machine: Machine) -> Machine:
+def reduced_model(machine: Machine) -> Machine:
     """Return Spong's reduced model: the inertia of each rotor about its own axis turns with its joint only.
 
     ZZ of the bodies that are rotors becomes part of Ia; Ia itself is decoupled from other bodies anyway.
@@ -98,27 +98,25 @@ def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
 def rigid(machine: Machine) -> Machine:
     """Return the rigid limit: every spring infinitely stiff, its joint fixed at the neutral position."""
     locked = {joint.name: joint.spring.neutral for joint in machine.joints if joint.kind is Kind.ELASTIC}
-    return restricted(machine, Scene(locked=locked))
+    return restrict(machine, Scene(locked=locked))
 
 
 def _geared(machine: Machine, name: str, ratio: float) -> int:
     source = machine.label
     names = [joint.name for joint in machine.joints]
     if name not in names:
-        raise InputError(source, "--ratio", f"no joint {quoted(name)}{did_you_mean(name, names)}")
+        raise InputError(source, "--ratio", f"no joint {quote(name)}{did_you_mean(name, names)}")
     j = names.index(name) + 1
     joint = machine.joint(j)
     if joint.kind is not Kind.MOTOR or joint.sigma != 0 or joint.rotor_inertia.is_zero:
         able = [o.name for o in machine.joints if o.kind is Kind.MOTOR and o.sigma == 0 and not o.rotor_inertia.is_zero]
-        what = f"{name} is no revolute motor with a rotor inertia, so no gear ratio belongs to it"
-        raise InputError(source, "--ratio", f"{what}; such are {', '.join(able) or 'none here'}")
+        what = f"{name} is not a revolute motor with a rotor inertia, so no gear ratio belongs to it"
+        raise InputError(source, "--ratio", f"{what}; such motors are {', '.join(able) or 'none here'}")
     if not joint.ratio.is_zero and (joint.ratio.names or joint.ratio.value() != ratio):
-        what = f"{name}: the file gives ratio = {joint.ratio}: leave out one of both"
+        what = f"{name}: the file gives ratio = {joint.ratio}: remove one of the two"
         raise InputError(source, "--ratio", what)
     if not (abs(ratio) >= 1 and abs(ratio) < float("inf")):
-        raise InputError(
-            source, "--ratio", f"{name}: {ratio:g} is no gear ratio: turns of the rotor for one of the joint"
-        )
+        raise InputError(source, "--ratio", f"{name}: {ratio:g} is not a gear ratio: rotor turns per joint turn")
     return j
 
 

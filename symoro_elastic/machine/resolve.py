@@ -6,13 +6,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.restrict import refuse_locking
-from symoro_elastic.machine.scene import BASE, Asked, Offer, Parts, Scene
+from symoro_elastic.machine.scene import BASE, Offer, Parts, RequestedPart, Scene
 from symoro_elastic.machine.static_springs import Positions, without_spring
 from symoro_elastic.quantities.time_steps import TimeStep
 
@@ -63,11 +63,11 @@ def _frames(texts: Iterable[str], joints: Mapping[str, str], machine: Machine, s
 
 def _frame(text: str, joints: Mapping[str, str], machine: Machine, source: str) -> str:
     try:
-        asked = Asked.parse(text)
+        asked = RequestedPart.parse(text)
     except FormulaError as error:
-        raise InputError(source, "scene, forces", f"{quoted(text)}: {error}") from None
+        raise InputError(source, "scene, forces", f"{quote(text)}: {error}") from None
     if asked.seen_from or asked.by:
-        what = f"{quoted(text)}: wrenches are in axes of frame 0: name a frame, or a point as 'tool at (0.1, 0, 0)'"
+        what = f"{quote(text)}: wrenches are in axes of frame 0: name a frame, or a point as 'tool at (0.1, 0, 0)'"
         raise InputError(source, "scene, forces", what)
     name = joints[_known(asked.name, joints, "frame", source, "forces")]
     for loop in machine.loops:
@@ -76,7 +76,7 @@ def _frame(text: str, joints: Mapping[str, str], machine: Machine, source: str) 
             raise InputError(source, "scene, forces", what + machine.joint(loop.meets).name)
     for coordinate in asked.at or ():
         _check_value(coordinate, machine, source, "forces")
-    return str(Asked(name, asked.at))
+    return str(RequestedPart(name, asked.at))
 
 
 def _by_name(
@@ -90,7 +90,7 @@ def _by_name(
 
 
 def _output(text: str, model: str, joints: dict[str, str], machine: Machine, source: str) -> str:
-    """A requested joint or frame in the form that `Asked.parse` reads, with names of the machine."""
+    """A requested joint or frame in the form that `RequestedPart.parse` reads, with names of the machine."""
     asked, key = _asked(text, model, source), f"outputs, {model}"
     if asked.by and not asked.name:
         return str(asked)
@@ -100,8 +100,8 @@ def _output(text: str, model: str, joints: dict[str, str], machine: Machine, sou
     for coordinate in asked.at or ():
         _check_value(coordinate, machine, source, key)
     if asked.seen_from is None:
-        return str(Asked(name, asked.at, by=asked.by))
-    return str(Asked(name, asked.at, places[_known(asked.seen_from, places, "frame", source, key)]))
+        return str(RequestedPart(name, asked.at, by=asked.by))
+    return str(RequestedPart(name, asked.at, places[_known(asked.seen_from, places, "frame", source, key)]))
 
 
 def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, models: Models, source: str) -> None:
@@ -120,16 +120,16 @@ def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, model
                 (bool(asked.by), differentiated, "by names of columns"),
             ):
                 if is_asked and model not in offering:
-                    what = f"{quoted(text)}: only {', '.join(offering)} can be asked for {how}"
+                    what = f"{quote(text)}: only {', '.join(offering)} can be requested {how}"
                     raise InputError(source, f"scene, outputs, {model}", what)
             if models[model].parts is Parts.WHOLE:
-                what = "it has no part for a joint or frame: leave it out"
+                what = "it has no parts for joints or frames: leave it out"
                 raise InputError(source, f"scene, outputs, {model}", what)
             for name in asked.by:
                 _check_column(name, model, machine, models, source)
 
 
-def _check_not_cut(asked: Asked, model: str, machine: Machine, source: str) -> None:
+def _check_not_cut(asked: RequestedPart, model: str, machine: Machine, source: str) -> None:
     """Refuse the frame of a cut joint, which is that of the row that it meets."""
     joints = joints_by_any_name(machine)
     named = {joints.get(name) for name in (asked.name, asked.seen_from) if name}
@@ -147,14 +147,14 @@ def _check_column(name: str, model: str, machine: Machine, models: Models, sourc
         return
     elsewhere = [other for other, names in known.items() if name in names]
     way_out = f": it is a column of {', '.join(elsewhere)}" if elsewhere else did_you_mean(name, known[model])
-    raise InputError(source, f"scene, outputs, {model}", f"no column {quoted(name)}{way_out}")
+    raise InputError(source, f"scene, outputs, {model}", f"no column {quote(name)}{way_out}")
 
 
-def _asked(text: str, model: str, source: str) -> Asked:
+def _asked(text: str, model: str, source: str) -> RequestedPart:
     try:
-        return Asked.parse(text)
+        return RequestedPart.parse(text)
     except FormulaError as error:
-        raise InputError(source, f"scene, outputs, {model}", f"{quoted(text)}: {error}") from None
+        raise InputError(source, f"scene, outputs, {model}", f"{quote(text)}: {error}") from None
 
 
 def coordinates(scene: Scene, source: str) -> Iterator[Formula]:
@@ -175,7 +175,7 @@ def _known(name: str, known: Iterable[str], what: str, source: str, key: str) ->
     known = tuple(known)
     if name not in known:
         words = [word for word in known if not word.isdecimal()]
-        raise InputError(source, f"scene, {key}", f"no {what} {quoted(name)}{did_you_mean(name, words)}")
+        raise InputError(source, f"scene, {key}", f"no {what} {quote(name)}{did_you_mean(name, words)}")
     return name
 
 
@@ -191,7 +191,7 @@ def _check_static(static: Positions, locked: Mapping[str, Formula], machine: Mac
     for name, value in static.items():
         reason = without_spring(machine, rows[name])
         if reason or name in locked:
-            raise InputError(source, f"scene, static, {name}", reason or "it is locked too: leave it in one of both")
+            raise InputError(source, f"scene, static, {name}", reason or "it is locked too: remove one of the two")
         if value is not None:
             _check_value(value, machine, source, f"static, {name}")
 
@@ -199,7 +199,7 @@ def _check_static(static: Positions, locked: Mapping[str, Formula], machine: Mac
 def _check_value(value: Formula, machine: Machine, source: str, key: str) -> None:
     parameters = {parameter.name for parameter in machine.parameters}
     for name in sorted(value.names - parameters):
-        what = f"{quoted(name)} is no parameter of the machine{did_you_mean(name, parameters)}"
+        what = f"{quote(name)} is not a parameter of the machine{did_you_mean(name, parameters)}"
         raise InputError(source, f"scene, {key}", what)
     if not value.names:
         try:

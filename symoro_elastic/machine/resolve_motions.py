@@ -8,8 +8,9 @@ from dataclasses import fields, replace
 from operator import mul
 from typing import TypeVar
 
+from symoro_elastic.machine.described import Wanted
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.prescribed_motion import (
     WRENCH,
     AppliedForce,
@@ -21,7 +22,6 @@ from symoro_elastic.machine.prescribed_motion import (
     Wobble,
 )
 from symoro_elastic.machine.resolve import joints_by_any_name
-from symoro_elastic.machine.wanted import Wanted
 
 LARGEST = 1e9
 """Of a position, a stroke or a force that is given, SI units."""
@@ -63,7 +63,7 @@ class _Names:
 
     def __init__(self, machine: Machine, motion: PrescribedMotion) -> None:
         self.fail, self.known = motion.error, joints_by_any_name(machine)
-        self.moving = [joint.name for joint in machine.moving_joints]
+        self.independent = [joint.name for joint in machine.independent_joints]
         self.motors = [joint.name for joint in machine.motor_joints]
         self.cut = [joint.name for joint in machine.joints if joint.kind is Kind.CUT]
 
@@ -76,10 +76,10 @@ class _Names:
 
     def starts(self, start: Mapping[str, float]) -> dict[str, float]:
         """Positions by joint."""
-        named = {self._joint(name, "start", self.moving): x for name, x in start.items()}
+        named = {self._joint(name, "start", self.independent): x for name, x in start.items()}
         for joint in named:
-            if joint not in self.moving:
-                what = f"{joint} does not move by itself: independent joints are {', '.join(self.moving)}"
+            if joint not in self.independent:
+                what = f"{joint} does not move by itself: independent joints are {', '.join(self.independent)}"
                 raise self.fail("start", what)
         return self._distinct(named, start, "start")
 
@@ -99,7 +99,7 @@ class _Names:
 
     def _joint(self, name: str, key: str, among: Sequence[str]) -> str:
         if name not in self.known:
-            raise self.fail(key, f"no joint {quoted(name)}{did_you_mean(name, among)}")
+            raise self.fail(key, f"no joint {quote(name)}{did_you_mean(name, among)}")
         return self.known[name]
 
     def _distinct(self, named: dict[str, T], given: Mapping[str, T], key: str) -> dict[str, T]:
@@ -111,7 +111,7 @@ class _Names:
 def _faults(motion: PrescribedMotion) -> Iterator[Fault]:
     """What is wrong with the numbers of a motion."""
     if not motion.duration > 0:
-        yield "duration", f"{motion.duration:g} s is no time to move in: give a positive number"
+        yield "duration", f"{motion.duration:g} s is not a duration: give a positive number"
     for name, x in motion.start.items():
         yield from _too_large(f"start, {name}", x)
     for k, move in enumerate(motion.moves, 1):
@@ -142,7 +142,7 @@ def _of_base(base: BaseStart) -> Iterator[Fault]:
     a, b, c = rows
     volume = sum(a[k] * (b[k - 2] * c[k - 1] - b[k - 1] * c[k - 2]) for k in range(3))
     if not (worst <= NOT_TURNED and volume > 0):
-        yield "base, orientation", "this is no rotation: give a right-handed orthogonal matrix, row by row"
+        yield "base, orientation", "this is not a rotation: give a right-handed orthogonal matrix, row by row"
 
 
 def _too_large(key: str, x: float) -> Iterator[Fault]:
@@ -153,7 +153,7 @@ def _too_large(key: str, x: float) -> Iterator[Fault]:
 def _outside(key: str, x: Move | AppliedForce, duration: float) -> Iterator[Fault]:
     """What takes no time, or does not lie within the duration."""
     if not x.lasts > 0:
-        yield f"{key}, in", f"{x.lasts:g} s is no time to move in: give a positive number"
+        yield f"{key}, in", f"{x.lasts:g} s is not a duration: give a positive number"
     if x.begins < 0:
         yield f"{key}, from", f"{x.begins:g} s is before the motion, which begins at 0"
     if x.begins + x.lasts > duration * (1 + ROUNDED):
@@ -164,7 +164,7 @@ def _outside(key: str, x: Move | AppliedForce, duration: float) -> Iterator[Faul
 def _of_wobble(key: str, wobble: Wobble, duration: float) -> Iterator[Fault]:
     yield from _too_large(f"{key}, amplitude", wobble.amplitude)
     if not wobble.frequency > 0:
-        yield f"{key}, frequency", f"{wobble.frequency:g} Hz is no frequency: give a positive number"
+        yield f"{key}, frequency", f"{wobble.frequency:g} Hz is not a frequency: give a positive number"
     elif wobble.frequency * duration < PERIODS * (1 - ROUNDED):
         what = f"{wobble.frequency:g} Hz has {wobble.frequency * duration:.3g} periods in {duration:g} s"
         yield f"{key}, frequency", f"{what}, it needs {PERIODS} to fade in and out: give a longer duration"
@@ -174,12 +174,12 @@ def _of_servo(key: str, servo: Servo) -> Iterator[Fault]:
     if isinstance(servo, Gains):
         for name, x in (("kp", servo.kp), ("kd", servo.kd)):
             if not x >= 0:
-                yield f"{key}, {name}", f"{x:g} is negative: such a servo pushes the motor away"
+                yield f"{key}, {name}", f"{x:g} is negative: such a servo destabilizes the motor"
         return
     if not servo.frequency > 0:
-        yield f"{key}, bandwidth", f"{servo.frequency:g} Hz is no bandwidth: give a positive number"
+        yield f"{key}, bandwidth", f"{servo.frequency:g} Hz is not a bandwidth: give a positive number"
     if not servo.damping >= 0:
-        yield f"{key}, damping", f"{servo.damping:g} is negative: such a servo shakes the motor"
+        yield f"{key}, damping", f"{servo.damping:g} is negative: negative damping makes the servo unstable"
 
 
 def refuse_unfulfillable(wanted: Wanted) -> None:
@@ -193,10 +193,10 @@ def _of_wanted(wanted: Wanted) -> Iterator[Fault]:
     by_signal = tolerance if isinstance(tolerance, dict) else {} if tolerance is None else {"": tolerance}
     for signal, x in by_signal.items():
         if not x > 0:
-            yield f"tolerance, {signal}".removesuffix(", "), f"{x:g} is no tolerance: give a positive number"
+            yield f"tolerance, {signal}".removesuffix(", "), f"{x:g} is not a tolerance: give a positive number"
     for key, time in (("period", wanted.period), ("time", wanted.time)):
         if time is not None and not time > 0:
-            yield key, f"{time:g} s is no time: give a positive number"
+            yield key, f"{time:g} s is not a duration: give a positive number"
     if wanted.time is not None and wanted.period is None:
         yield "time", "it is that of the steps of a period: give period too"
     if wanted.time is not None and wanted.period is not None and wanted.time > wanted.period:

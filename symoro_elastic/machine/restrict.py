@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.constants import substituted
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.constants import substitute
+from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Friction, Joint, Kind, Machine, Spring
-from symoro_elastic.machine.scene import ALL, Asked, Scene
-from symoro_elastic.machine.series_springs import condensed
+from symoro_elastic.machine.scene import ALL, RequestedPart, Scene
+from symoro_elastic.machine.series_springs import condense
 from symoro_elastic.machine.static_springs import held_positions, refuse_static, static_rows
 
 
-def restricted(machine: Machine, scene: Scene) -> Machine:
+def restrict(machine: AnyMachine, scene: Scene) -> AnyMachine:
     """The machine with the joints of the scene held, springs condensed and gravity left out if the scene says so.
 
     The variable of a locked joint is a constant in the cells of other joints too; the joint is a fixed frame, or
@@ -27,23 +28,23 @@ def restricted(machine: Machine, scene: Scene) -> Machine:
     base = machine.base if scene.gravity else replace(machine.base, gravity=NO_VECTOR)
     machine = replace(machine, base=base)
     if scene.condense:
-        machine = condensed(machine).machine
-    machine = held(machine, scene.locked, "locked")
+        machine = condense(machine).machine
+    machine = with_held_joints(machine, scene.locked, "locked")
     if scene.forces:
         machine = under_forces(machine, scene.forces)
     if not scene.static:
         return machine
     refuse_static(machine, scene)
     rows = static_rows(machine, scene.static)
-    return replace(held(machine, held_positions(machine, scene.static), "static"), static=rows)
+    return replace(with_held_joints(machine, held_positions(machine, scene.static), "static"), static=rows)
 
 
-def under_forces(machine: Machine, frames: Iterable[str]) -> Machine:
-    """The machine whose models take the wrenches on these frames, as `Asked` writes them, as arguments."""
-    return replace(machine, forces=tuple(map(Asked.parse, dict.fromkeys(frames))))
+def under_forces(machine: AnyMachine, frames: Iterable[str]) -> AnyMachine:
+    """The machine whose models take the wrenches on these frames, as `RequestedPart` writes them, as arguments."""
+    return replace(machine, forces=tuple(map(RequestedPart.parse, dict.fromkeys(frames))))
 
 
-def held(machine: Machine, positions: Mapping[str, Formula], key: str) -> Machine:
+def with_held_joints(machine: AnyMachine, positions: Mapping[str, Formula], key: str) -> AnyMachine:
     """The machine with joints, by name, held at these positions, rad or m; `key` of a scene is named in messages."""
     if positions.keys().isdisjoint(joint.name for joint in machine.joints):
         return machine
@@ -57,7 +58,7 @@ def held(machine: Machine, positions: Mapping[str, Formula], key: str) -> Machin
     return replace(machine, joints=joints, loops=tuple(_unlocked(loop, locked) for loop in machine.loops))
 
 
-def folded(machine: Machine, scene: Scene) -> tuple[str, ...]:
+def names_to_fold(machine: Machine, scene: Scene) -> tuple[str, ...]:
     """Names of the parameters that become constants: those asked for, or all that have a value."""
     if scene.fold == ALL:
         return tuple(p.name for p in machine.parameters if p.value is not None)
@@ -84,7 +85,7 @@ def _not_lockable(machine: Machine, j: int) -> str:
     loops = [loop for loop in machine.loops if j in machine.dependent_in(loop) or j == loop.cut]
     if not loops:
         return ""
-    free = [str(machine.joint(k).variable) for k in machine.owners_in(loops[0]) if k in machine.moving]
+    free = [str(machine.joint(k).variable) for k in machine.with_variable_in(loops[0]) if k in machine.independent]
     what = f"its variable follows from loop {loops[0].name}"
     return f"{what}: lock an independent joint of the loop: {', '.join(free)}" if free else what
 
@@ -93,9 +94,9 @@ def _with_locked(joint: Joint, locked: Mapping[str, Formula]) -> Joint:
     """The joint with constants for locked variables: one that is locked itself follows what else its cell holds."""
     value = locked.get(str(joint.variable))
     if joint.sigma in SELECTED:
-        cell = substituted(joint.selected, locked)
+        cell = substitute(joint.selected, locked)
         joint = joint.with_selected(cell if value is None else _sum(cell, value))
-    stiffness = substituted(joint.spring.stiffness, locked)
+    stiffness = substitute(joint.spring.stiffness, locked)
     joint = replace(joint, spring=replace(joint.spring, stiffness=stiffness))
     if value is None:
         return joint

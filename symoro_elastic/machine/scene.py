@@ -40,7 +40,7 @@ class Offer(Protocol):
 
     @property
     def parts(self) -> Parts:
-        """The parts that may be asked for."""
+        """The parts that may be requested."""
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -51,7 +51,7 @@ class Offer(Protocol):
 class Scene:
     """A request; the empty scene asks for the default models of the whole machine.
 
-    `outputs` maps a model's name to joint (or frame) names, a frame also as `Asked` reads it:
+    `outputs` maps a model's name to joint (or frame) names, a frame also as `RequestedPart` reads it:
     "tool in bed_x", "tool at (0.1, 0, L2)", columns of derivatives: "by M1, K2"; `locked` a joint's
     name to the value at which its variable is held; `static` likewise, of springs that are left out of the motion,
     None where they are held at their neutral position; `condense` makes one of springs in series with massless bodies
@@ -82,8 +82,8 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A joint or frame that is asked for: its name, a point of its body, the frame it is seen from.
+class RequestedPart:
+    """A requested joint or frame: its name, a point of its body, the frame it is seen from.
 
     Written "tool", "tool at (0.1, 0, L2)", "tool in bed_x", "tool at (0.1, 0, L2) in base". The
     point has three coordinates in the frame's own axes, m, numbers or formulas of parameters.
@@ -97,7 +97,7 @@ class Asked:
     by: tuple[str, ...] = ()
 
     @classmethod
-    def parse(cls, text: str) -> Asked:
+    def parse(cls, text: str) -> RequestedPart:
         """Read a request; raises `FormulaError`."""
         text, *by = f" {text}".split(BY)
         names = tuple(name.strip() for name in by[0].split(",")) if by else ()

@@ -17,8 +17,10 @@ import math
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Generic
 
 from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Spring, Wrench
 
@@ -28,13 +30,13 @@ SEED = 20261
 
 
 @dataclass(frozen=True)
-class Condensed:
+class Condensed(Generic[AnyMachine]):
     """A machine with springs in series made one, and a line on each.
 
     `variables` are the joints whose variables are gone or other ones, `between` those whose frames are at other places.
     """
 
-    machine: Machine
+    machine: AnyMachine
     notes: tuple[str, ...] = ()
     variables: frozenset[str] = frozenset()
     between: frozenset[str] = frozenset()
@@ -53,7 +55,7 @@ class Series:
     obstacle: str = ""
 
 
-def condensed(machine: Machine) -> Condensed:
+def condense(machine: AnyMachine) -> Condensed[AnyMachine]:
     """The machine with one spring in place of those in series wherever that is exact."""
     found = Condensed(machine)
     while exact := [pair for pair in springs_in_series(found.machine) if not pair.obstacle]:
@@ -61,10 +63,7 @@ def condensed(machine: Machine) -> Condensed:
         ends = {machine.joint(j).name for j in (pair.first, pair.last)}
         inner = {machine.joint(j).name for j in (pair.first, *(_massless_rows_beyond(machine, pair.first) or ())[:-1])}
         found = Condensed(
-            _joined(machine, pair),
-            (*found.notes, _note(machine, pair)),
-            found.variables | ends,
-            found.between | inner,
+            _joined(machine, pair), (*found.notes, _note(machine, pair)), found.variables | ends, found.between | inner
         )
     return found
 
@@ -163,7 +162,7 @@ def _in_proportion(machine: Machine, first: Spring, last: Spring) -> bool:
     return True
 
 
-def _joined(machine: Machine, pair: Series) -> Machine:
+def _joined(machine: AnyMachine, pair: Series) -> AnyMachine:
     """The machine with the spring of both at the last joint, the first a fixed frame."""
     joints = list(machine.joints)
     first, last = machine.joint(pair.first), machine.joint(pair.last)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -69,8 +69,8 @@ def _shared(machine: Machine, j: int) -> str:
     if changed_by:
         return f"its stiffness changes with {', '.join(sorted(changed_by))}: only constant springs can be static"
     for loop in machine.loops:
-        if j in machine.around(loop) or j in machine.owners_in(loop):
-            return f"it is part of loop {loop.name}, whose forces are no part of the reaction: keep it in the motion"
+        if j in machine.around(loop) or j in machine.with_variable_in(loop):
+            return f"it is part of loop {loop.name}, whose forces are not part of the reaction: keep it in the motion"
     followers = [other.name for other in machine.joints if other is not joint and _holds(other, str(joint.variable))]
     return f"{', '.join(followers)} follows its variable: keep it in the motion" if followers else ""
 

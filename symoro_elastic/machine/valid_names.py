@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
 
-from symoro_elastic.machine.machine import Loop, Machine
-from symoro_elastic.machine.names import IMPORTED, IN_USE, NONE, Reasons, free_name, quoted, reserved
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.loops import Loop
+from symoro_elastic.machine.names import IMPORTED, IN_USE, NONE, Reasons, free_name, quote, why_reserved
 
 
-def renamed(machine: Machine, taken: Reasons = NONE) -> Machine:
+def with_valid_names(machine: DescribedMachine, taken: Reasons = NONE) -> DescribedMachine:
     """The machine with valid names, each once: those of joints that are not are changed, which a remark says.
 
     `taken` are names that generated code uses, with reasons.
@@ -19,21 +20,20 @@ def renamed(machine: Machine, taken: Reasons = NONE) -> Machine:
     used: dict[str, int] = {}
     new = {j: joint.name for j, joint in enumerate(machine.joints)}
     for j, name in new.items():
-        if reserved(name, taken) is None and name not in used and variables.get(name, j) == j:
+        if why_reserved(name, taken) is None and name not in used and variables.get(name, j) == j:
             used[name] = j
     for j, name in new.items():
         if used.get(name) != j:
             new[j] = next(one for one in _candidates(name, taken) if one not in used and one not in variables)
             used[new[j]] = j
     own = {**taken, **dict.fromkeys(IMPORTED, IN_USE)}
-    title = machine.name if reserved(machine.name, own) is None else next(_candidates(machine.name, own))
+    title = machine.name if why_reserved(machine.name, own) is None else next(_candidates(machine.name, own))
     changed = [(machine.name, title)] * (title != machine.name)
     changed += [(joint.name, new[j]) for j, joint in enumerate(machine.joints) if new[j] != joint.name]
     joints = tuple(replace(joint, name=new[j]) for j, joint in enumerate(machine.joints))
-    remarks = (*machine.remarks, *_remarks(changed))
     old = {joint.name: new[j] for j, joint in enumerate(machine.joints)}
     loops = tuple(_loop(loop, k, old, taken) for k, loop in enumerate(machine.loops, start=1))
-    return replace(machine, name=title, joints=joints, loops=loops, remarks=remarks)
+    return replace(machine, name=title, joints=joints, loops=loops).with_remarks(*_remarks(changed))
 
 
 def _candidates(name: str, taken: Reasons) -> Iterator[str]:
@@ -41,17 +41,17 @@ def _candidates(name: str, taken: Reasons) -> Iterator[str]:
     first = free_name(name, taken)
     yield first
     numbered = (f"{first[:55].rstrip('_')}_{k}" for k in count(2))
-    yield from (one for one in numbered if reserved(one, taken) is None)
+    yield from (one for one in numbered if why_reserved(one, taken) is None)
 
 
 def _remarks(changed: list[tuple[str, str]]) -> Iterator[str]:
     if changed:
-        pairs = ", ".join(f"{quoted(old)} is {new}" for old, new in changed[:10])
+        pairs = ", ".join(f"{quote(old)} is {new}" for old, new in changed[:10])
         more = f" and {len(changed) - 10} more" if len(changed) > 10 else ""
         yield f"names that generated code cannot take are changed: {pairs}{more}"
 
 
 def _loop(loop: Loop, number: int, names: dict[str, str], taken: Reasons) -> Loop:
     """A loop with the new names of joints, and a valid name of its own."""
-    name = loop.name if reserved(loop.name, taken) is None else f"loop_{number}"
+    name = loop.name if why_reserved(loop.name, taken) is None else f"loop_{number}"
     return replace(loop, name=name, dependent=tuple(names.get(other, other) for other in loop.dependent))

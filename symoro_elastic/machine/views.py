@@ -1,28 +1,29 @@
-"""The table of geometric parameters, as it is printed."""
+"""A machine in print: the table of geometric parameters, and that of bodies."""
 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
 
-from symoro_elastic.machine.columns import cells, declared
+from symoro_elastic.foundation.results import Part, Table, parts_of
+from symoro_elastic.machine.columns import cells, declared_columns
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
-
-if TYPE_CHECKING:
-    from symoro_elastic.machine.machine import Machine
-
+from symoro_elastic.machine.machine import Machine
 
 BODY_COLUMNS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 
 
-def machine_table(machine: Machine) -> Any:
-    """The table of geometric parameters."""
-    from rich.table import Table
+@parts_of.register
+def _(machine: Machine) -> list[Part]:
+    """Return the table of geometric parameters, and the values of named parameters."""
+    return [machine.headline, machine_table(machine, machine.name), *parameter_lines(machine)]
 
-    geometry = [column.key for column in declared(Joint, "joints")]
+
+def machine_table(machine: Machine, title: str = "") -> Table:
+    """Return the table of geometric parameters."""
+    geometry = [column.key for column in declared_columns(Joint, "joints")]
     shown = [name for name in geometry if name not in ("gamma", "b") or _any(machine, name)]
-    table = Table("j", "name", "a(j)", "kind", "sigma", *shown, "body", "joint")
+    table = Table(("j", "name", "a(j)", "kind", "sigma", *shown, "body", "joint"), title=title, keys=2)
     for j, joint in enumerate(machine.joints, start=1):
         geometric = [_cell(joint, name) for name in shown]
         kind = (str(joint.antecedent), joint.kind.value, str(joint.sigma))
@@ -30,16 +31,16 @@ def machine_table(machine: Machine) -> Any:
     return table
 
 
-def bodies_table(machine: Machine) -> Any:
+def bodies_table(machine: Machine, title: str = "") -> Table:
     """Return masses, kg, first moments, kg m, and inertias, kg m2, about the origin of each body's frame."""
-    from rich.table import Table
+    rows = [(joint.name, [formula for _, formula in cells(joint.body)]) for joint in machine.joints]
+    massive = [(name, *map(_written, x)) for name, x in rows if not all(formula.is_zero for formula in x)]
+    return Table(("body", *BODY_COLUMNS), massive, title)
 
-    table = Table("body", *BODY_COLUMNS)
-    for joint in machine.joints:
-        values = [formula for _, formula in cells(joint.body)]
-        if not all(formula.is_zero for formula in values):
-            table.add_row(joint.name, *map(_written, values))
-    return table
+
+def parameter_lines(machine: Machine) -> list[str]:
+    """Return a line with the value of each named parameter."""
+    return [f"{p.name} = {p.value or 'no value'} {p.unit}".rstrip() for p in machine.parameters]
 
 
 def _any(machine: Machine, name: str) -> bool:

@@ -13,7 +13,7 @@ DEGREES = range(-6, 0)
 
 @dataclass(frozen=True)
 class WrenchKnown:
-    """The wrench that the surroundings exert on the base, in its frame, is given; its weight is no part of it."""
+    """The wrench that the surroundings exert on the base, in its frame, is given; its weight is not part of it."""
 
     wrench: Wrench
 

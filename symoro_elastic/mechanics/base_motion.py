@@ -1,4 +1,4 @@
-"""The pose of a floating base within a time step, in coordinates x = (s, u) that are zero at its start.
+"""The pose of the base within a time step, in coordinates x = (s, u) that are zero at its start.
 
     P = P_0 + A_0 s,    A = A_0 cay(u),    cay(u) = I + (hat(u) + hat(u)^2 / 2) / (1 + u.u / 4)
 
@@ -45,7 +45,7 @@ def rotation_change(A_0: Matrix, u: Vector) -> Matrix:
         Vector(-(yy + zz), xy - z, xz + y),
         Vector(xy + z, -(xx + zz), yz - x),
         Vector(xz - y, yz + x, -(xx + yy)),
-    )
+    )  # fmt: skip
     E = Matrix(*(f * row for row in turn))
     lost = _half_lost(A_0)
     return _product(A_0, E + lost + _product(lost, E))

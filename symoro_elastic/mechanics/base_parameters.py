@@ -41,7 +41,7 @@ RATIO = "L"
 TWIST = ("VX", "VY", "VZ", "WX", "WY", "WZ")
 
 
-def unchanged(_j: int, _name: str, x: Scalar) -> Scalar:
+def identity(_j: int, _name: str, x: Scalar) -> Scalar:
     """Leave a sum as it is."""
     return x
 
@@ -252,7 +252,7 @@ def _along(mechanism: Mechanism, sizes: Mechanism, j: int) -> dict[str, int | Ra
 def _number(x: Scalar) -> float:
     """A scalar of a mechanism in floats."""
     if not isinstance(x, int | float | Fraction):
-        raise TypeError(f"{x!r} is no number")
+        raise TypeError(f"{x!r} is not a number")
     return float(x)
 
 
@@ -261,7 +261,7 @@ def _turning_joints(mechanism: Mechanism, j: int) -> list[int]:
     return [k for k in path(mechanism, j)[:-1] if mechanism.link(k).axis is Axis.REVOLUTE]
 
 
-def axis_at(mechanism: Mechanism, k: int, j: int, simplify: Simplify = unchanged) -> Twist:
+def axis_at(mechanism: Mechanism, k: int, j: int, simplify: Simplify = identity) -> Twist:
     """a_k taken at frame j; the joints between are at the position of the mechanism."""
     links = path(mechanism, j)
     a = 1 * mechanism.link(k).axis
@@ -273,7 +273,7 @@ def axis_at(mechanism: Mechanism, k: int, j: int, simplify: Simplify = unchanged
 
 
 def group(
-    mechanism: Mechanism, found: Mapping[int, Sequence[GroupingRule]], simplify: Simplify = unchanged
+    mechanism: Mechanism, found: Mapping[int, Sequence[GroupingRule]], simplify: Simplify = identity
 ) -> dict[int, dict[str, Scalar]]:
     """The grouped parameters of every body, its rotor inertia IA among them; those eliminated are zero.
 

@@ -12,7 +12,7 @@ products: where gamma_j = 0, or has no linear part, K_j gamma_j in [30] costs le
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from symoro_elastic.mechanics.mechanism import Mechanism
@@ -32,12 +32,15 @@ def with_tips_in_frames_before(mechanism: Mechanism, unknown: Collection[int]) -
     return replace(mechanism, links=links)
 
 
-def split(mechanism: Mechanism, unknown: Collection[int], gamma: list[Twist], bias: dict[int, Twist]) -> None:
-    """Set the bias of each link of unknown acceleration, and what is left of its gamma [7].
+def bias_accelerations(
+    mechanism: Mechanism, unknown: Collection[int], known: Mapping[int, Twist], gamma: Sequence[Twist]
+) -> tuple[dict[int, Twist], list[Twist]]:
+    """The bias of each link, and what is left of its gamma [7]; `known` are those of links before the unknown ones.
 
     A revolute joint passes linear accelerations on; a prismatic one, and every fourth link, leave them to gamma. At a
     tip all of gamma is bias.
     """
+    bias, left = dict(known), list(gamma)
     row, carriers = [0], mechanism.carriers
     for j, link in mechanism.from_base():
         row.append(row[link.antecedent] + 1)
@@ -46,8 +49,9 @@ def split(mechanism: Mechanism, unknown: Collection[int], gamma: list[Twist], bi
         linear, angular = gamma[j]
         linear = linear + link.before.to_child(bias[link.antecedent].linear)
         if j not in carriers:
-            bias[j], gamma[j] = Twist(linear, angular), AT_REST
+            bias[j], left[j] = Twist(linear, angular), AT_REST
         elif link.axis is Axis.REVOLUTE and row[j] % REACH:
-            bias[j], gamma[j] = link.joint_rotation * Twist(linear, ZERO), Twist(ZERO, angular)
+            bias[j], left[j] = link.joint_rotation * Twist(linear, ZERO), Twist(ZERO, angular)
         else:
-            bias[j], gamma[j] = AT_REST, Twist(linear, angular)
+            bias[j], left[j] = AT_REST, Twist(linear, angular)
+    return bias, left

@@ -1,29 +1,23 @@
 """Clusters: joints that share a coordinate, with all joints between them, eliminated together.
 
 In the backward recursion a cluster takes the place of a joint: its bodies have received everything beyond them, and
-what it hands on to its antecedent p is K and al of (L26). With accelerations of the antecedent taken out,
+what its antecedent o feels is
 
-    H udd = Gamma_u - S^T (a^T p + Ia gam) - U^T V'_p.                                               (L25), (L28)
+    f = K V'_o + alpha,   with   H udd = rho - U^T V'_o.
+
+Symbols and equations (L22)-(L29) are those of docs/loop_equations.md.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from symoro_elastic.mechanics.coordinates import Rows, congruence, image, product
+from symoro_elastic.mechanics.coordinates import Rows, congruence, joint_accelerations, product
 from symoro_elastic.mechanics.factorization import Factorization, factorization, share_or_one, solution
 from symoro_elastic.mechanics.kinematics import path
 from symoro_elastic.mechanics.mechanism import Mechanism
-from symoro_elastic.mechanics.spatial import (
-    AT_REST,
-    NO_WRENCH,
-    ArticulatedInertia,
-    Axis,
-    Scalar,
-    Twist,
-    Wrench,
-)
+from symoro_elastic.mechanics.spatial import NO_WRENCH, ArticulatedInertia, Axis, Outer, Scalar, Twist, Wrench
 
 
 @dataclass(frozen=True)
@@ -66,32 +60,32 @@ def clusters(mechanism: Mechanism, S: Rows) -> list[Members]:
         if merged == groups:
             break
         groups = merged
-    found = [tuple(sorted(group)) for group in groups if len(group) > 1]
-    return [Members(_antecedent(mechanism, links), links) for links in sorted(found)]
+    together = [tuple(sorted(group)) for group in groups if len(group) > 1]
+    return [Members(_antecedent(mechanism, links), links) for links in sorted(together)]
 
 
 def _joined(groups: Iterable[set[int]]) -> list[set[int]]:
     """Groups that share a joint, united."""
-    found: list[set[int]] = []
+    united: list[set[int]] = []
     for group in groups:
-        apart = [other for other in found if not other & group]
-        found = [*apart, group.union(*(other for other in found if other & group))]
-    return found
+        apart = [other for other in united if not other & group]
+        united = [*apart, group.union(*(other for other in united if other & group))]
+    return united
 
 
 def _with_joints_between(mechanism: Mechanism, group: set[int]) -> set[int]:
     if len(group) == 1:
         return group
-    p = _antecedent(mechanism, tuple(sorted(group)))
+    o = _antecedent(mechanism, tuple(sorted(group)))
     between = set(group)
     for j in group:
         carriers = [j, *_carriers(mechanism, j)]
-        between.update(carriers[: carriers.index(p)])
+        between.update(carriers[: carriers.index(o)])
     return between
 
 
 def _antecedent(mechanism: Mechanism, links: Sequence[int]) -> int:
-    """The nearest link that carries all these links and is none of them."""
+    """The nearest link that carries all these links and is not one of them."""
     paths = [_carriers(mechanism, j) for j in links]
     common = [i for i in paths[0] if all(i in path for path in paths)]
     return max((i for i in common if i not in links), default=0)
@@ -103,12 +97,10 @@ def _carriers(mechanism: Mechanism, j: int) -> list[int]:
 
 
 @dataclass(frozen=True)
-class Eliminated:
-    """K and al of a cluster in the frame of its antecedent, and what its accelerations are found from.
+class ClusterElimination:
+    """K and alpha of a cluster in the frame of its antecedent, and what its accelerations follow from (L25), (L26).
 
-    U holds the wrenches at the antecedent for a unit of each coordinate's acceleration, `rest` the force that each
-    coordinate needs with the free accelerations and those of the antecedent zero; the latter count already where the
-    cluster is `started` from them.
+    U holds a wrench at the antecedent, eta and H forces by coordinate; `factors` are those of H of the free ones.
     """
 
     K: ArticulatedInertia
@@ -117,12 +109,11 @@ class Eliminated:
     H: Mapping[int, Mapping[int, Scalar]]
     factors: Factorization
     rho: Mapping[int, Scalar]
-    rest: Mapping[int, Scalar]
-    started: bool
+    eta: Mapping[int, Scalar]
 
 
 @dataclass(frozen=True)
-class Moved:
+class ClusterMotion:
     """Accelerations of the free coordinates and of the joints, forces on coordinates of known acceleration."""
 
     udd: Mapping[int, Scalar]
@@ -130,14 +121,14 @@ class Moved:
     Gamma_u: Mapping[int, Scalar]
 
 
-@dataclass
-class _Reduction:
-    """Quantities by link while a cluster is reduced."""
+@dataclass(frozen=True)
+class _Tree:
+    """J^c and p of the bodies of a cluster, and of its antecedent their sums there; A and Phi of its joints."""
 
-    J: dict[int, ArticulatedInertia] = field(default_factory=dict)
-    p: dict[int, Wrench] = field(default_factory=dict)
-    A: dict[int, dict[int, Scalar]] = field(default_factory=dict)
-    Phi: dict[int, Wrench] = field(default_factory=dict)
+    Jc: dict[int, ArticulatedInertia]
+    p: dict[int, Wrench]
+    A: dict[int, dict[int, Scalar]]
+    Phi: dict[int, Wrench]
 
 
 def eliminate_cluster(
@@ -146,88 +137,98 @@ def eliminate_cluster(
     Js: Mapping[int, ArticulatedInertia],
     betas: Mapping[int, Wrench],
     gamma: Sequence[Twist],
-    start: Twist | None = None,
-) -> Eliminated:
-    """Eliminate the free coordinates of a cluster (L22)-(L27).
+    B_o: Twist,
+) -> ClusterElimination:
+    """Eliminate the free coordinates of a cluster.
 
-    `start` is the acceleration of the antecedent where it is known. Raises `ZeroDivisionError` where H is singular.
+    `B_o` is the acceleration of the antecedent o that is known, zero where none is. Raises `ZeroDivisionError` where H
+    is singular.
     """
-    links, p = cluster.members.links, cluster.members.antecedent
-    r = _Reduction()
-    B = _bias_accelerations(mechanism, cluster, gamma, start or AT_REST)
-    for j in links:
-        r.J[j], r.p[j] = Js[j], Js[j] * B[j] - betas[j]
-    K, alpha = ArticulatedInertia.zero(), NO_WRENCH
-    for j in reversed(links):
-        link = mechanism.link(j)
-        i = link.antecedent
-        _columns(mechanism, r, j, p)
-        moved = r.J[j].rotated_back(link.joint_rotation).to_antecedent(link.before)
-        push = link.transform.T * r.p[j]
-        if i == p:
-            K, alpha = K + moved, alpha + push
-        else:
-            r.J[i], r.p[i] = r.J[i] + moved, r.p[i] + push  # (L23)
-    return _solved(mechanism, cluster, r, K, alpha, start is not None)
+    tree = _tree(mechanism, cluster, Js, betas, _bias_accelerations(mechanism, cluster, gamma, B_o))
+    H, U, eta = _of_coordinates(mechanism, cluster, tree)
+    rho = {k: cluster.Gamma[k] - eta[k] for k in cluster.free}  # (L25)
+    factors = factorization(sorted(cluster.free, reverse=True), H, share_or_one)
+    K, alpha = tree.Jc[cluster.members.antecedent], tree.p[cluster.members.antecedent]
+    UL = {k: U[k] for k in cluster.free}
+    for k, row in factors.L.items():
+        for i, x in row.items():
+            UL[i] = UL[i] - x * UL[k]  # columns of U L^-1
+        K = K - Outer(UL[k], UL[k] * factors.inverses[k])  # (L26)
+    for k, x in solution(factors, rho).items():
+        alpha = alpha + U[k] * x  # (L26)
+    return ClusterElimination(K, alpha, U, H, factors, rho, eta)
 
 
-def _bias_accelerations(
-    mechanism: Mechanism, cluster: Cluster, gamma: Sequence[Twist], start: Twist
-) -> dict[int, Twist]:
-    B = {cluster.members.antecedent: start}
+def _bias_accelerations(mechanism: Mechanism, cluster: Cluster, gamma: Sequence[Twist], B_o: Twist) -> dict[int, Twist]:
+    B = {cluster.members.antecedent: B_o}
     for j in cluster.members.links:
         link = mechanism.link(j)
-        moved = link.before * B[link.antecedent] + gamma[j]
-        B[j] = link.joint_rotation * moved + cluster.gam.get(j, 0) * link.axis  # (L22)
+        jB_i = link.before * B[link.antecedent] + gamma[j]
+        B[j] = link.joint_rotation * jB_i + cluster.gam.get(j, 0) * link.axis  # (L22)
     return B
 
 
-def _columns(mechanism: Mechanism, r: _Reduction, j: int, p: int) -> None:
-    """Column j of A, and the wrench at the antecedent p for a unit of the joint's acceleration (L24)."""
-    link = mechanism.link(j)
-    r.A.setdefault(j, {})
+def _tree(
+    mechanism: Mechanism,
+    cluster: Cluster,
+    Js: Mapping[int, ArticulatedInertia],
+    betas: Mapping[int, Wrench],
+    B: Mapping[int, Twist],
+) -> _Tree:
+    o, links = cluster.members.antecedent, cluster.members.links
+    Jc = {o: ArticulatedInertia.zero(), **{j: Js[j] for j in links}}
+    p = {o: NO_WRENCH, **{j: Js[j] * B[j] - betas[j] for j in links}}
+    tree = _Tree(Jc, p, {}, {})
+    for j in reversed(links):
+        link = mechanism.link(j)
+        i = link.antecedent
+        _add_joint(mechanism, tree, j, o)
+        Jc_at_i = Jc[j].rotated_back(link.joint_rotation).to_antecedent(link.before)
+        p_at_i = link.transform.T * p[j]
+        Jc[i], p[i] = Jc[i] + Jc_at_i, p[i] + p_at_i  # (L23)
+    return tree
+
+
+def _add_joint(mechanism: Mechanism, tree: _Tree, j: int, o: int) -> None:
+    """Column j of A, and Phi_j at the antecedent o."""
+    link, A = mechanism.link(j), tree.A
+    A.setdefault(j, {})
     if link.axis is Axis.NONE:
         return
-    F = r.J[j] * link.axis
-    r.A[j][j] = link.axis.T * F + link.rotor_inertia
+    F = tree.Jc[j] * link.axis
+    A[j][j] = link.axis.T * F + link.rotor_inertia  # (L24)
     i = j
-    while (carrier := mechanism.link(i).antecedent) != p:
+    while (carrier := mechanism.link(i).antecedent) != o:
         F, i = mechanism.link(i).transform.T * F, carrier
         axis = mechanism.link(i).axis
         if axis is not Axis.NONE:
-            r.A.setdefault(i, {})[j] = r.A[j][i] = axis.T * F
-    r.Phi[j] = mechanism.link(i).transform.T * F
+            A.setdefault(i, {})[j] = A[j][i] = axis.T * F  # (L24)
+    tree.Phi[j] = mechanism.link(i).transform.T * F  # (L24)
 
 
-def _solved(
-    mechanism: Mechanism, cluster: Cluster, r: _Reduction, K: ArticulatedInertia, alpha: Wrench, started: bool
-) -> Eliminated:
-    S, free = cluster.S, cluster.free
-    H = congruence(S, r.A, cluster.coordinates)
+def _of_coordinates(
+    mechanism: Mechanism, cluster: Cluster, tree: _Tree
+) -> tuple[dict[int, dict[int, Scalar]], dict[int, Wrench], dict[int, Scalar]]:
+    """H, U and eta."""
+    H = congruence(cluster.S, tree.A, cluster.coordinates)
     U = dict.fromkeys(cluster.coordinates, NO_WRENCH)
-    rest: dict[int, Scalar] = dict.fromkeys(cluster.coordinates, 0)
-    for j, row in S.items():
-        link = mechanism.link(j)
-        needed = link.axis.T * r.p[j] + link.rotor_inertia * cluster.gam.get(j, 0)
+    eta: dict[int, Scalar] = dict.fromkeys(cluster.coordinates, 0)
+    for j, row in cluster.S.items():
+        a, Ia = mechanism.link(j).axis, mechanism.link(j).rotor_inertia
+        force = a.T * tree.p[j] + Ia * cluster.gam.get(j, 0)
         for k, x in row.items():
-            U[k] = U[k] + x * r.Phi[j]
-            rest[k] = rest[k] + x * needed
-    rho = {k: cluster.Gamma[k] - rest[k] for k in free}
-    factors = factorization(sorted(free, reverse=True), H, share_or_one)
-    reduced = {k: U[k] for k in free}
-    for k, row in factors.L.items():
-        for i, x in row.items():
-            reduced[i] = reduced[i] - x * reduced[k]
-        K = K.without_outer(reduced[k], reduced[k] * factors.inverses[k])
-    for k, x in solution(factors, rho).items():
-        alpha = alpha + U[k] * x
-    return Eliminated(K, alpha, U, H, factors, rho, rest, started)
+            U[k] = U[k] + x * tree.Phi[j]  # (L25)
+            eta[k] = eta[k] + x * force  # (L25)
+    return H, U, eta
 
 
-def motion(e: Eliminated, cluster: Cluster, V: Twist) -> Moved:
-    """Accelerations of the cluster from that of its antecedent, forces on its other coordinates (L28), (L29)."""
-    pushed: Mapping[int, Scalar] = dict.fromkeys(e.U, 0) if e.started else {k: U.dot(V) for k, U in e.U.items()}
-    udd = solution(e.factors, {k: x - pushed[k] for k, x in e.rho.items()})  # (L28)
+def motion(e: ClusterElimination, cluster: Cluster, V_o: Twist) -> ClusterMotion:
+    """Accelerations of a cluster, and forces on its coordinates of known acceleration.
+
+    `V_o` is the acceleration of the antecedent o, zero where B started from it.
+    """
+    UV = {k: U.dot(V_o) for k, U in e.U.items()}
+    udd = solution(e.factors, {k: rho - UV[k] for k, rho in e.rho.items()})  # (L28)
     known = [k for k in cluster.coordinates if k not in udd]
-    needed = {k: e.rest[k] + pushed[k] + product({i: e.H[k][i] for i in udd}, udd) for k in known}  # (L29)
-    return Moved(udd, image(cluster.S, udd, cluster.gam), needed)
+    Gamma = {k: e.eta[k] + UV[k] + product({f: e.H[k][f] for f in udd}, udd) for k in known}  # (L29)
+    return ClusterMotion(udd, joint_accelerations(cluster.S, udd, cluster.gam), Gamma)

@@ -1,9 +1,9 @@
-"""Joint positions as functions of independent coordinates u: q = F(u), with S = dq/du.
+"""Joint positions as functions of independent coordinates u: q = F(x), x = (u, d(u)), with S = dq/du.
 
     qd = S ud,   qdd = S udd + gam,   Gamma_u = S^T Gamma                                  (L1)-(L3)
 
-gam is what qdd is for udd = 0. Rows of S belong to joints, its columns to the joints that own a coordinate. In a tree
-without couplings S is the identity and gam is zero.
+gam is qdd where udd = 0. Rows of S belong to joints, its columns to the joints that own a coordinate. In a tree
+without couplings S is the identity and gam is zero. Symbols are those of docs/loop_equations.md.
 """
 
 from __future__ import annotations
@@ -21,16 +21,21 @@ Rows: TypeAlias = Mapping[int, Row]
 
 def combination(terms: Iterable[tuple[Scalar, Row]]) -> dict[int, Scalar]:
     """Sum of rows, each with its factor."""
-    found: dict[int, Scalar] = {}
+    total: dict[int, Scalar] = {}
     for factor, row in terms:
         for k, x in row.items():
-            found[k] = found.get(k, 0) + factor * x
-    return {k: x for k, x in found.items() if not is_zero(x)}
+            total[k] = total.get(k, 0) + factor * x
+    return {k: x for k, x in total.items() if not is_zero(x)}
 
 
-def image(S: Rows, rates: Mapping[int, Scalar], added: Mapping[int, Scalar] | None = None) -> dict[int, Scalar]:
-    """S times a vector of the coordinates, by joint: qd = S ud; with `added` gam, qdd = S udd + gam (L2)."""
-    return {j: product(row, rates) + (added or {}).get(j, 0) for j, row in S.items()}
+def joint_rates(S: Rows, ud: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Rates of the joints, qd = S ud."""
+    return {j: product(row, ud) for j, row in S.items()}  # (L2)
+
+
+def joint_accelerations(S: Rows, udd: Mapping[int, Scalar], gam: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Accelerations of the joints, qdd = S udd + gam."""
+    return {j: product(row, udd) + gam.get(j, 0) for j, row in S.items()}  # (L2)
 
 
 def product(row: Row, column: Mapping[int, Scalar]) -> Scalar:
@@ -42,35 +47,34 @@ def product(row: Row, column: Mapping[int, Scalar]) -> Scalar:
 
 
 def projection(S: Rows, Gamma: Mapping[int, Scalar]) -> dict[int, Scalar]:
-    """S^T Gamma: what generalized forces of the joints do on the coordinates, by virtual power (L3)."""
-    return combination((force, S[j]) for j, force in Gamma.items() if j in S)
+    """Forces on the coordinates by those of the joints, Gamma_u = S^T Gamma, by virtual power."""
+    return combination((force, S[j]) for j, force in Gamma.items() if j in S)  # (L3)
 
 
 def congruence(S: Rows, A: Mapping[int, Mapping[int, Scalar]], columns: Iterable[int]) -> dict[int, dict[int, Scalar]]:
-    """S^T A S of a symmetric A, by the coordinates (L21)."""
+    """S^T A S of a symmetric A, by the coordinates (L21), (L25)."""
     columns = tuple(columns)
     AS = {i: combination((x, S[j]) for j, x in A[i].items() if j in S) for i in S}
-    found: dict[int, dict[int, Scalar]] = {k: {} for k in columns}
+    SAS: dict[int, dict[int, Scalar]] = {k: {} for k in columns}
     for m, k in enumerate(columns):
         for other in columns[: m + 1]:
             total: Scalar = 0
             for i, row in S.items():
                 if k in row and other in AS[i]:
                     total = total + row[k] * AS[i][other]
-            found[k][other] = found[other][k] = total
-    return found
+            SAS[k][other] = SAS[other][k] = total
+    return SAS
 
 
-def change_of_variables(C: Rows, order: Iterable[int], Gamma: Mapping[int, Scalar]) -> dict[int, Scalar]:
-    """Joint forces lam of Gamma_x = (1 + C)^T lam, where every joint owns a variable (L5).
+def transmission_forces(C: Rows, order: Iterable[int], Gamma_x: Mapping[int, Scalar]) -> dict[int, Scalar]:
+    """Joint forces lam of an elastic transmission, Gamma_x = (1 + C)^T lam, where every joint owns a variable.
 
-    Row i of C holds the derivatives of the formula in the cell of joint i by the own variables of other joints;
+    Row i of C holds the derivatives of the formula in the cell of joint i by the joint coordinates of other joints;
     `order` lists followers before the joints they follow.
     """
     lam: dict[int, Scalar] = {}
     for j in order:
-        followed = ((i, row[j]) for i, row in C.items() if j in row)
-        lam[j] = Gamma.get(j, 0)
-        for i, factor in followed:
-            lam[j] = lam[j] - factor * lam[i]  # (L5)
+        lam[j] = Gamma_x.get(j, 0)
+        for i, c in ((i, row[j]) for i, row in C.items() if j in row):
+            lam[j] = lam[j] - c * lam[i]  # (L5)
     return lam

@@ -12,10 +12,11 @@ and gamma are in the frame before the joint's rotation, where gamma is shortest;
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from symoro_elastic.mechanics.bias_acceleration import split, with_tips_in_frames_before
-from symoro_elastic.mechanics.clusters import Cluster, Eliminated, Moved, eliminate_cluster, motion
+from symoro_elastic.mechanics.base_body import Solution, WrenchKnown, base_acceleration
+from symoro_elastic.mechanics.bias_acceleration import bias_accelerations, with_tips_in_frames_before
+from symoro_elastic.mechanics.clusters import Cluster, ClusterElimination, ClusterMotion, eliminate_cluster, motion
 from symoro_elastic.mechanics.elimination import (
     AccelerationKnown,
     Elimination,
@@ -26,14 +27,7 @@ from symoro_elastic.mechanics.elimination import (
     joint_acceleration,
     prescribe,
 )
-from symoro_elastic.mechanics.floating_base import Solution, WrenchKnown, base_acceleration
-from symoro_elastic.mechanics.kinematics import (
-    Scalars,
-    angular_motion_of,
-    angular_velocities,
-    coriolis,
-    velocity_terms,
-)
+from symoro_elastic.mechanics.kinematics import Scalars, angular_motion, angular_velocities, coriolis, velocity_terms
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.newton_euler import bias_wrench, newton_euler
 from symoro_elastic.mechanics.spatial import (
@@ -81,8 +75,8 @@ class Dynamics:
     f: dict[int, Wrench] = field(default_factory=dict)
     qdd: dict[int, Scalar] = field(default_factory=dict)
     Gamma: dict[int, Scalar] = field(default_factory=dict)
-    reduced: dict[int, Eliminated] = field(default_factory=dict)
-    moved: dict[int, Moved] = field(default_factory=dict)
+    reduced: dict[int, ClusterElimination] = field(default_factory=dict)
+    moved: dict[int, ClusterMotion] = field(default_factory=dict)
     solved: dict[int, Solution] = field(default_factory=dict)
 
 
@@ -99,7 +93,8 @@ def dynamics(mechanism: Mechanism, qd: Scalars, rules: Rules, base: WrenchKnown 
     s = Dynamics(mechanism, w, velocity_terms(mechanism, qd, w))
     _start(s, base)
     _forward_known(s, qd, rules)
-    split(mechanism, unknown, s.gamma, s.bias)
+    bias, gamma = bias_accelerations(mechanism, unknown, s.bias, s.gamma)
+    s = replace(s, bias=bias, gamma=gamma)
     for j, link in mechanism.from_base():
         if j in unknown:
             _begin(s, j, link.body, link.wrench)
@@ -147,7 +142,7 @@ def _forward_known(s: Dynamics, qd: Scalars, rules: Rules) -> None:
             continue
         qdd = rule.qdd if rule else 0
         gamma, gain = coriolis(link, s.w[i], qd[j]).linear, (qdd * link.axis).linear
-        s.wd[j], s.U[j] = angular_motion_of(j, link, s.w, s.wd, s.U, qdd)
+        s.wd[j], s.U[j] = angular_motion(j, link, s.w, s.wd, s.U, qdd)
         s.vd[j] = _origin_acceleration(link, s.vd[i], s.U[i], s.U[j]) + (gamma + gain)  # (6)
         s.bias[j], s.remainder[j] = Twist(s.vd[j], ZERO), Twist(ZERO, s.wd[j])
         s.F[j] = newton_euler(link.body, s.w[j], s.wd[j], s.vd[j], s.U[j])  # (12)
@@ -183,13 +178,13 @@ def _backward(s: Dynamics, rules: Rules) -> None:
             s.f[i] = s.f[i] + f  # (15)
 
 
-def _reduce(s: Dynamics, j: int, p: int, rule: Cluster) -> None:
-    """A cluster in place of a joint (L26), (L27)."""
-    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, s.remainder.get(p))
-    if p not in s.vd:
-        s.Js[p], s.betas[p] = s.Js[p] + e.K, s.betas[p] - e.alpha
-    elif p in s.f:
-        s.f[p] = s.f[p] + e.alpha  # (15)
+def _reduce(s: Dynamics, j: int, o: int, rule: Cluster) -> None:
+    """A cluster in place of a joint; o is its antecedent."""
+    s.reduced[j] = e = eliminate_cluster(s.mechanism, rule, s.Js, s.betas, s.gamma, s.remainder.get(o, AT_REST))
+    if o not in s.vd:
+        s.Js[o], s.betas[o] = s.Js[o] + e.K, s.betas[o] - e.alpha  # (L27)
+    elif o in s.f:
+        s.f[o] = s.f[o] + e.alpha  # (15)
 
 
 def _eliminated(s: Dynamics, j: int, link: Link, rule: Rule | None) -> Elimination:
@@ -225,12 +220,13 @@ def _forward(s: Dynamics, rules: Rules) -> None:
 
 
 def _follow(s: Dynamics, j: int, link: Link, cluster: Cluster) -> None:
-    """Acceleration of a body of a cluster; those of its coordinates, found at its first link (L28), (L29)."""
-    V = s.remainder[link.antecedent]
+    """Acceleration of a body of a cluster; those of its coordinates at its first link."""
     if j == cluster.first:
-        s.moved[j] = motion(s.reduced[j], cluster, V)
+        o = cluster.members.antecedent
+        s.moved[j] = motion(s.reduced[j], cluster, s.remainder[o] if o in s.Js else AT_REST)
         s.qdd.update(s.moved[j].qdd)
-    s.remainder[j] = link.joint_rotation * (link.before * V + s.gamma[j]) + s.qdd.get(j, 0) * link.axis
+    V = link.before * s.remainder[link.antecedent] + s.gamma[j]
+    s.remainder[j] = link.joint_rotation * V + s.qdd.get(j, 0) * link.axis  # (L28)
     s.vd[j], s.wd[j] = s.bias[j] + s.remainder[j]
 
 

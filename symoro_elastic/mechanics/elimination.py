@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from symoro_elastic.mechanics.mechanism import Link
-from symoro_elastic.mechanics.spatial import NO_WRENCH, ArticulatedInertia, Scalar, Twist, Wrench, dot, is_zero
+from symoro_elastic.mechanics.spatial import NO_WRENCH, ArticulatedInertia, Outer, Scalar, Twist, Wrench, dot, is_zero
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ Rule: TypeAlias = TorqueKnown | AccelerationKnown
 
 
 class SingularPivot(ZeroDivisionError):
-    """H_j of a joint is exactly zero, so that its acceleration is undetermined; joint 0 is a floating base."""
+    """H_j of a joint is exactly zero, so that its acceleration is undetermined; joint 0 is the base."""
 
     def __init__(self, joint: int) -> None:
         super().__init__(f"H{joint} is zero")
@@ -72,7 +72,8 @@ def prescribe(link: Link, qdd: Scalar, Js: ArticulatedInertia, betas: Wrench, ga
 def eliminate(link: Link, torque: Scalar, Js: ArticulatedInertia, betas: Wrench, gamma: Twist) -> Elimination:
     """K and alpha of a joint whose torque is known [28]-[30], [50]-[52].
 
-    K a = U Ia / H (`ArticulatedInertia.without_joint`), so that the component of alpha along the joint is
+    K a = U - U (a^T U) / H = U Ia / H is exactly zero where there is no rotor: the subtraction would leave rounding
+    errors there, and cost products. So the component of alpha along the joint is
 
         a^T alpha = a^T K gamma + (a^T U / H) Gamma - (Ia / H) a^T beta*,
 
@@ -84,12 +85,13 @@ def eliminate(link: Link, torque: Scalar, Js: ArticulatedInertia, betas: Wrench,
     Hinv = 1 / H
     rotor_share, beta_a = Ia * Hinv, a.T * betas
     coupling = 1 if is_zero(Ia) else a.T * U * Hinv
-    UH = a.replaced(U * Hinv, coupling)
-    K = Js.without_joint(a, U, UH, U * rotor_share).rotated_back(R)  # (29), (51)
+    UH = a.with_entry(U * Hinv, coupling)
+    Ka = U * rotor_share
+    K = (Js - Outer(U, UH)).with_entry(a, Ka).rotated_back(R)  # (29), (51)
     tau_bias, K_gamma = torque + beta_a, K * gamma
     qdd_bias = tau_bias * Hinv
     alpha = K_gamma + R.T * (U * qdd_bias - betas)  # (30), (52)
-    alpha = a.replaced(alpha, a.T * K_gamma + (coupling * torque - rotor_share * beta_a))
+    alpha = a.with_entry(alpha, a.T * K_gamma + (coupling * torque - rotor_share * beta_a))
     return Elimination(K, alpha, U, UH, H, Hinv, rotor_share, tau_bias, qdd_bias)
 
 
@@ -100,10 +102,10 @@ def joint_acceleration(link: Link, e: Elimination, V: Twist) -> tuple[Twist, Sca
     depend on that of V: it is qdd without it.
     """
     a = link.axis
-    across, along = a.replaced(e.UH, 0), a.T * V
+    across, along = a.with_entry(e.UH, 0), a.T * V
     rest = e.qdd_bias - dot(across.linear, V.linear) - dot(across.angular, V.angular)
     qdd = rest - a.T * e.UH * along  # (34), (59)
-    return a.replaced(V, rest if is_zero(link.rotor_inertia) else along + qdd), qdd  # (36), (60)
+    return a.with_entry(V, rest if is_zero(link.rotor_inertia) else along + qdd), qdd  # (36), (60)
 
 
 def eliminate_as_printed(
@@ -113,7 +115,7 @@ def eliminate_as_printed(
     a, U = link.axis, Js * link.axis
     H = a.T * U + link.rotor_inertia  # (28)
     Hinv = 1 / H
-    K = Js.without_outer(U, U * Hinv)  # (29)
+    K = Js - Outer(U, U * Hinv)  # (29)
     return K, K * gamma + U * Hinv * (torque + a.T * betas) - betas  # (30)
 
 

@@ -135,31 +135,25 @@ class AngularMotion(NamedTuple):
     U: Matrix
 
 
-def angular_motion_of(
+def angular_motion(
     j: int, link: Link, w: Sequence[Vector], wd: Mapping[int, Vector], U: Mapping[int, Matrix], qdd: Scalar
 ) -> AngularMotion:
-    """Angular motion of link j from those of links before it: its antecedent's, or that of a link parallel to it."""
-    i, alike = link.antecedent, link.parallel
-    if alike and alike.number in U:
-        return AngularMotion(alike.components(wd[alike.number]), alike.entries(U[alike.number]))
-    return angular_motion(link, w[i], AngularMotion(wd[i], U[i]), w[j], qdd)
-
-
-def angular_motion(link: Link, w_i: Vector, motion_i: AngularMotion, w_j: Vector, qdd: Scalar) -> AngularMotion:
-    """wd_j [6] and U_j of a link, from those of its antecedent.
+    """wd_j [6] and U_j of link j, from those of its antecedent, or of a link parallel to it.
 
     Points of a revolute joint's axis belong to both links, so that U_j z = jAi U_i iz_j, whatever the joint does.
     Found so it keeps its digits where qd_j is large, and gives wd_x and wd_y without products of their own.
     """
-    wd_i, _ = motion_i
+    i, alike = link.antecedent, link.parallel
+    if alike and alike.number in U:
+        return AngularMotion(alike.components(wd[alike.number]), alike.entries(U[alike.number]))
     if link.axis is not Axis.REVOLUTE:
-        wd = link.transform.to_child(wd_i)  # (6)
-        return AngularMotion(wd, hat_plus_hat_squared(w_j, wd))
+        wd_j = link.transform.to_child(wd[i])  # (6)
+        return AngularMotion(wd_j, hat_plus_hat_squared(w[j], wd_j))
     before, rotation = link.before, link.joint_rotation.step
-    along_z = rotation.rotate_back(_along_axis(before, w_i, motion_i))
-    x, y, z = w_j
-    wd = Vector(y * z - along_z.y, along_z.x - x * z, before.to_child(wd_i).z + qdd)  # (6)
-    return AngularMotion(wd, hat_plus_hat_squared(w_j, wd, along_z))
+    along_z = rotation.rotate_back(_along_axis(before, w[i], AngularMotion(wd[i], U[i])))
+    x, y, z = w[j]
+    wd_j = Vector(y * z - along_z.y, along_z.x - x * z, before.to_child(wd[i]).z + qdd)  # (6)
+    return AngularMotion(wd_j, hat_plus_hat_squared(w[j], wd_j, along_z))
 
 
 def _along_axis(before: Transform, w: Vector, motion: AngularMotion) -> Vector:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from symoro_elastic.mechanics.base_body import solve_symmetric
 from symoro_elastic.mechanics.coordinates import Rows, congruence
 from symoro_elastic.mechanics.elimination import SingularPivot
 from symoro_elastic.mechanics.factorization import Factorization, solution
-from symoro_elastic.mechanics.floating_base import solve_symmetric
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import NO_WRENCH, Axis, RigidInertia, Scalar, Twist, Vector, Wrench
 
@@ -58,7 +58,7 @@ def inertia_matrix(mechanism: Mechanism) -> InertiaMatrix:
 def free_solution(
     factors: Factorization, found: InertiaMatrix, wrench: Wrench, right: Mapping[int, Scalar]
 ) -> tuple[Twist, dict[int, Scalar]]:
-    """V'_0 and x of A (V'_0, x) = (wrench, right) on a floating base: the joints are eliminated, then its six rows.
+    """V'_0 and x of A (V'_0, x) = (wrench, right) on a base that moves: the joints are eliminated, then its six rows.
 
     Raises `SingularPivot`.
     """
@@ -92,7 +92,7 @@ def _wrench(entries: tuple[Scalar, ...]) -> Wrench:
 
 
 def wrench_on_base(found: InertiaMatrix, wrench: Wrench, qdd: Mapping[int, Scalar]) -> Wrench:
-    """Sum of a wrench on a floating base and of those that the accelerations of the joints require."""
+    """Sum of a wrench on the base and of those that the accelerations of the joints require."""
     for j, x in qdd.items():
         force, moment = found.base[j]
         wrench = Wrench(wrench.force + x * force, wrench.moment + x * moment)

@@ -111,11 +111,22 @@ class Mechanism:
         """Numbers of the links that carry others, 0 for the base."""
         return {link.antecedent for link in self.links}
 
+    def scalars(self) -> Iterator[Scalar]:
+        """Every number or expression that `map` converts, in the order in which it does."""
+        bodies = [] if self.body is None else [self.body]
+        found = (
+            *(x for link in self.links for x in _scalars_of_link(link)),
+            *(x for body in bodies for x in _scalars_of_body(body)),
+            *self.velocity.entries,
+            *self.acceleration.entries,
+        )
+        return (x for x in found if not _is_structure(x))
+
     def map(self, convert: Callable[[Scalar], Scalar]) -> Mechanism:
         """The same mechanism in another arithmetic; the integers 0, 1, -1 of structure stay."""
 
         def scalar(x: Scalar) -> Scalar:
-            return x if isinstance(x, int) and x in (0, 1, -1) else convert(x)
+            return x if _is_structure(x) else convert(x)
 
         def vector(v: Vector) -> Vector:
             return Vector(*map(scalar, v))
@@ -140,6 +151,19 @@ class Mechanism:
         links = tuple(map(converted, self.links))
         base = None if self.body is None else rigid(self.body)
         return Mechanism(links, spatial(self.velocity), spatial(self.acceleration), base)
+
+
+def _is_structure(x: Scalar) -> bool:
+    return isinstance(x, int) and x in (0, 1, -1)
+
+
+def _scalars_of_link(link: Link) -> tuple[Scalar, ...]:
+    steps = (x for step in link.transform.steps for x in step[1:])
+    return *steps, *_scalars_of_body(link.body), link.rotor_inertia, *link.wrench.entries
+
+
+def _scalars_of_body(body: RigidInertia) -> tuple[Scalar, ...]:
+    return body.mass, *body.moments, *body.inertia
 
 
 def without_loads(mechanism: Mechanism) -> Mechanism:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symoro_elastic.mechanics.spatial import Matrix, RigidInertia, Symmetric, Twist, Vector, Wrench, cross
+from symoro_elastic.mechanics.spatial import Matrix, RigidInertia, Twist, Vector, Wrench, cross
 
 
 def newton_euler(body: RigidInertia, w: Vector, wd: Vector, vd: Vector, U: Matrix) -> Wrench:
@@ -13,23 +13,18 @@ def newton_euler(body: RigidInertia, w: Vector, wd: Vector, vd: Vector, U: Matri
     rounded before they do. `newton_euler_as_printed` is the printed form.
     """
     force = body.mass * vd + U * body.moments  # (12)
-    (x, y, z), (xx, _, _, yy, _, zz) = body.moments, body.inertia
+    (x, y, z), (xx, xy, xz, yy, yz, zz) = body.moments, body.inertia
     accelerated = Vector(
         xx * wd.x + y * vd.z - z * vd.y,
         yy * wd.y + z * vd.x - x * vd.z,
         zz * wd.z + x * vd.y - y * vd.x,
-    )
-    return Wrench(force, accelerated + _gyroscopic(body.inertia, w, U))  # (12)
-
-
-def _gyroscopic(inertia: Symmetric, w: Vector, U: Matrix) -> Vector:
-    """J wd + w x (J w) without the products of J's diagonal and wd."""
-    xx, xy, xz, yy, yz, zz = inertia
-    return Vector(
+    )  # fmt: skip
+    gyroscopic = Vector(  # J wd + w x (J w) without the products of J's diagonal and wd
         (U.y.y - U.z.z) * yz + w.y * w.z * (zz - yy) + xz * U.y.x - xy * U.z.x,
         (w.z * w.z - w.x * w.x) * xz + w.x * w.z * (xx - zz) - yz * U.x.y + xy * U.z.y,
         (U.x.x - U.y.y) * xy + w.x * w.y * (yy - xx) + yz * U.x.z - xz * U.y.z,
     )
+    return Wrench(force, accelerated + gyroscopic)  # (12)
 
 
 def newton_euler_as_printed(body: RigidInertia, w: Vector, Vd: Twist) -> Wrench:

@@ -13,28 +13,21 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import formulas as formulas_of
-from symoro_elastic.machine.checks import parameter_values, refuse_floating
+from symoro_elastic.machine.checks import parameter_values, require_fixed_base
 from symoro_elastic.machine.columns import Cell, cells, with_cells
+from symoro_elastic.machine.described import with_changed_scene
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.labels import ParameterLabels
-from symoro_elastic.machine.machine import (
-    BASE_PARAMETERS,
-    Body,
-    Joint,
-    Kind,
-    Machine,
-    Parameter,
-    Spring,
-)
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.mechanics.base_parameters import ROTOR, GroupingRule, Simplify, group, grouping_rules
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.regressor import INERTIAL, parameters_of
 from symoro_elastic.mechanics.spatial import Axis, is_zero
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, written
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, polynomial_text
+from symoro_elastic.models.tree import Tree
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
 from symoro_elastic.symbolic.finite_field import PRIME, Residue
 
@@ -118,7 +111,7 @@ class Grouping:
         yield from ((parameter.name, parameter.formula) for parameter in self.parameters)
 
 
-def grouped(machine: Machine) -> Grouping:
+def base_grouping(machine: Machine) -> Grouping:
     """Group the inertial parameters of a machine; on a base that moves, for every motion of the base.
 
     With couplings and loops these are the groups of the tree of its joints, all of which are right there too; what
@@ -126,7 +119,7 @@ def grouped(machine: Machine) -> Grouping:
 
     Raises `InputError` for cells without value, and where the sums are too long to be written.
     """
-    refuse_floating(machine, "base inertial parameters")
+    require_fixed_base(machine, "base inertial parameters")
     zero = ZeroPosition(machine)
     found = zero.grouping_rules()
     mechanism = zero.polynomials()
@@ -135,7 +128,7 @@ def grouped(machine: Machine) -> Grouping:
     return _grouping(texts, effects)
 
 
-def joined(machine: Machine, relations: Relations) -> Grouping:
+def numeric_grouping(machine: Machine, relations: Relations) -> Grouping:
     """The grouping with coefficients that are numbers, for the one geometry at which they were found."""
     zero = ZeroPosition(machine)
     mechanism = zero.polynomials()
@@ -174,14 +167,13 @@ class ZeroPosition:
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
         held = tuple(_held(machine, joint) for joint in machine.joints)
-        bound = Bound(replace(machine, joints=held, loops=(), forces=()))
+        mechanism = Tree(replace(machine, joints=held, loops=(), forces=())).mechanism
         links = [
             replace(link, axis=Axis(machine.joint(j).sigma) if j in machine.articulated else Axis.NONE)
-            for j, link in enumerate(bound.mechanism.links, start=1)
+            for j, link in enumerate(mechanism.links, start=1)
         ]
-        self.mechanism = replace(bound.mechanism, links=tuple(links))
-        self._leaves: list[Any] = []
-        self.mechanism.map(lambda x: self._leaves.append(x) or x)  # type: ignore[func-returns-value]
+        self.mechanism = replace(mechanism, links=tuple(links))
+        self._leaves = [*self.mechanism.scalars()]
 
     @property
     def free_base(self) -> bool:
@@ -193,7 +185,12 @@ class ZeroPosition:
     @property
     def geometry(self) -> list[str]:
         """Parameters that the grouping depends on: of the geometry and, on a base at rest, of gravity."""
-        found = [formula for joint in self.machine.joints for cell, formula in cells(joint) if _is_geometric(cell)]
+        found = [
+            formula
+            for joint in self.machine.joints
+            for cell, formula in cells(joint)
+            if cell.column.section == "joints"
+        ]
         found += [] if self.free_base else self.machine.base.gravity
         used = {name for formula in found for name in formula.names}
         return [parameter.name for parameter in self.machine.parameters if parameter.name in used]
@@ -272,11 +269,11 @@ class _Texts:
 
     def text(self, x: Any) -> str:
         """A sum as it is written."""
-        return written(Polynomial.of(x), self.sources)
+        return polynomial_text(Polynomial.of(x), self.sources)
 
     def label(self, entry: str, j: int, regrouped: bool = False) -> str:
         """A label that the machine does not use yet; it is used from now on."""
-        label = self.labels.grouped(j, entry) if regrouped else self.labels(j, entry)
+        label = self.labels.grouped_name(j, entry) if regrouped else self.labels(j, entry)
         self.labels.taken.add(label)
         return label
 
@@ -328,10 +325,6 @@ def _inertial_names(machine: Machine) -> set[str]:
     return {name for formula in found for name in formula.names}
 
 
-def _is_geometric(cell: Cell) -> bool:
-    return cell.column.section == "joints"
-
-
 def _is_inertial(cell: Cell) -> bool:
     """Whether a cell is of a body or a rotor; the share of a motor is of neither."""
     return cell.column.section in ("bodies", "motors") and cell.column.key != "sharing"
@@ -341,12 +334,11 @@ def _regrouped(machine: Machine, parameters: Sequence[BaseParameter], composites
     """The machine that has the base parameters only, as parameters of its own where they are sums."""
     base, new = _cells(parameters, machine, composites)
     joints = tuple(_with_inertial(joint, j, base) for j, joint in enumerate(machine.joints, start=1))
-    bare = replace(machine, joints=joints, extras={**machine.extras, BASE_PARAMETERS: "true"})
+    bare = replace(machine, joints=joints, is_grouped=True)
     used = {name for _, formula in formulas_of(bare) for name in formula.names}
     gone = _inertial_names(machine) - used
     kept = tuple(parameter for parameter in machine.parameters if parameter.name not in gone)
-    scene = None if machine.scene is None else _scene(machine.scene, gone, new)
-    return replace(bare, parameters=(*kept, *new), scene=scene)
+    return with_changed_scene(replace(bare, parameters=(*kept, *new)), lambda scene: _scene(scene, gone, new))
 
 
 def _cells(

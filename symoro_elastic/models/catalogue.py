@@ -1,22 +1,21 @@
-"""The models that can be asked for, and their traces."""
+"""The models that can be requested, and their traces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import resolve
-from symoro_elastic.machine.restrict import folded, restricted
-from symoro_elastic.machine.scene import BASE, INERTIA, RECURSION, Asked, Scene
-from symoro_elastic.models.bind import Bound
+from symoro_elastic.machine.restrict import names_to_fold, restrict
+from symoro_elastic.machine.scene import BASE, INERTIA, RECURSION, RequestedPart, Scene
+from symoro_elastic.models.bind import EXTERNAL_WRENCHES, Bound
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS, of_closed_chain
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
-from symoro_elastic.models.external_wrenches import under_wrenches
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.geometric import GEOMETRIC
@@ -25,7 +24,9 @@ from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.model import Frame, Frames, Joints, Model, Results, TracedModel
 from symoro_elastic.models.static_deflections import DEFLECTIONS, STATIC_SPRINGS
 from symoro_elastic.models.tracing import Trace, prune, schedule
+from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.memory import no_collection
+from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Input
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
@@ -101,28 +102,37 @@ def trace_of(model: Model, bound: Bound, results: Results, *, whole: bool = True
     return Trace(model, inputs, results, bound.graph, bound.names, whole, bound.points, merges)
 
 
+def under_wrenches(model: Model, bound: Bound, results: Results) -> Model:
+    """The model with external wrenches as its last argument, where its results depend on them."""
+    names = {*bound.arguments()[EXTERNAL_WRENCHES]}
+    used = reachable(x for result in results.values() for x in result.entries)
+    if not any(node.operation == SYMBOL and node.operands[0] in names for node in used):
+        return model
+    return replace(model, arguments=(*model.arguments, EXTERNAL_WRENCHES))
+
+
 def in_form(name: str, form: str) -> Model:
-    """The model of this name, through the inertia matrix where it has that form and is asked for in it."""
+    """The model of this name, through the inertia matrix if that form exists and is requested."""
     if form != INERTIA or name not in BY_INERTIA:
         return MODELS[name]
     return replace(BY_INERTIA[name], name=name, title=f"{MODELS[name].title} through the inertia matrix")
 
 
 def _refuse_on_floating_base(machine: Machine, name: str) -> None:
-    if machine.floating and MODELS[name].on_base is None:
+    if machine.degrees_of_base and MODELS[name].on_base is None:
         offered = [model.name for model in MODELS.values() if model.on_base is not None]
         what = f"not offered on a floating base, which has: {', '.join(offered)}"
         raise machine.error(name, what)
 
 
 def _refuse_loops_on_floating_base(machine: Machine, name: str) -> None:
-    if machine.floating and machine.loops:
+    if machine.degrees_of_base and machine.loops:
         loops = ", ".join(loop.name for loop in machine.loops)
         raise machine.error(name, f"not offered on a floating base with loops: {loops}; couplings are")
 
 
 def points_of(asked: Joints | Frames) -> Points:
-    """Points among the frames that are asked for, each once."""
+    """Points among the requested frames, each once."""
     frames = [frame for frame in asked if isinstance(frame, Frame)]
     return tuple(dict.fromkeys((frame.number, frame.at) for frame in frames if frame.at))
 
@@ -130,7 +140,7 @@ def points_of(asked: Joints | Frames) -> Points:
 def _everything(machine: Machine, model: Model) -> Joints | Frames:
     if model.is_of_frames:
         return tuple(Frame(j) for j in range(1, len(machine.joints) + 1))
-    return machine.moving
+    return machine.independent
 
 
 @no_collection()
@@ -147,7 +157,7 @@ def expressions_of_scene(machine: Machine, scene: Scene) -> list[Trace]:
     for what such a machine cannot give.
     """
     scene = resolve(scene, machine, MODELS)
-    kept, constants = restricted(machine, scene), _constants(machine, scene)
+    kept, constants = restrict(machine, scene), _constants(machine, scene)
     models = models_of(scene)
     _refuse_idle_outputs(kept, scene, models)
     _refuse_changed_by_grouping(kept, models)
@@ -167,10 +177,10 @@ def models_of(scene: Scene) -> tuple[str, ...]:
 
 
 def _refuse_idle_outputs(kept: Machine, scene: Scene, models: Sequence[str]) -> None:
-    """Refuse outputs of a model that is not asked for, which would be passed over in silence."""
+    """Reject outputs of a model that is not requested, which would otherwise be ignored."""
     for name, outputs in scene.outputs.items():
         if outputs and name not in models:
-            what = f"{name} is not asked for: add it to models (or --model {name}), or leave its outputs out"
+            what = f"{name} is not requested: add it to models (or --model {name}), or leave its outputs out"
             raise InputError(_source(kept, scene), f"scene, outputs, {name}", what)
 
 
@@ -190,23 +200,23 @@ def _source(machine: Machine, scene: Scene) -> str:
 def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
     """Joints (or frames) that a scene asks of a model; none when it asks for all."""
     numbers = {BASE: 0} | {joint.name: j for j, joint in enumerate(kept.joints, start=1)}
-    asked = [Asked.parse(text) for text in scene.outputs.get(model, ())]
+    asked = [RequestedPart.parse(text) for text in scene.outputs.get(model, ())]
     if MODELS[model].is_of_frames:
         return tuple(Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at) for a in asked)
     joints = tuple(numbers[a.name] for a in asked if a.name)
     for j in joints:
-        if j not in kept.moving:
+        if j not in kept.independent:
             joint = kept.joint(j).name
             held = "is locked" if joint in scene.locked else "is static" if joint in scene.static else ""
             why = held or "is a fixed frame"
-            what = f"joint {j} ({joint}) {why} and has no part in this model: ask for joints that move"
+            what = f"joint {j} ({joint}) {why} and has no part in this model: choose joints that move"
             raise InputError(_source(kept, scene), f"scene, outputs, {model}", what)
     return joints
 
 
 def _columns(kept: Machine, scene: Scene, model: str, constants: Sequence[str]) -> tuple[str, ...]:
     """Names that a scene asks derivatives by; none when it asks for all."""
-    names = tuple(dict.fromkeys(x for text in scene.outputs.get(model, ()) for x in Asked.parse(text).by))
+    names = tuple(dict.fromkeys(x for text in scene.outputs.get(model, ()) for x in RequestedPart.parse(text).by))
     for name in names:
         if name in constants or name not in column_names(kept, MODELS[model].columns):
             why = "becomes a constant: do not fold it" if name in constants else "belongs to a locked joint"
@@ -216,7 +226,7 @@ def _columns(kept: Machine, scene: Scene, model: str, constants: Sequence[str]) 
 
 def _constants(machine: Machine, scene: Scene) -> tuple[str, ...]:
     """Names of the parameters that become constants; each must have a value."""
-    names = folded(machine, scene)
+    names = names_to_fold(machine, scene)
     valued = {parameter.name for parameter in machine.parameters if parameter.value is not None}
     for name in names:
         if name not in valued:

@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Machine
 from symoro_elastic.machine.scene import Point
 from symoro_elastic.mechanics.spatial import RigidInertia, Symmetric, Twist, Vector
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, operand
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, square_root
 from symoro_elastic.symbolic.program import Names
@@ -26,12 +26,17 @@ def _exact(x: Scalar) -> Scalar:
 
 
 class Cells:
-    """The cells of a machine as expressions; `folded` names parameters that become constants."""
+    """The cells of a machine as expressions; `folded` names parameters that become constants.
 
-    def __init__(self, machine: Machine, folded: Sequence[str] = (), points: Points = ()) -> None:
+    They are expressions of the graph of the cells `beside`, with their names and constants, where these are given.
+    """
+
+    def __init__(
+        self, machine: Machine, folded: Sequence[str] = (), points: Points = (), *, beside: Cells | None = None
+    ) -> None:
         self.machine, self.points = machine, points
-        self.graph = Graph()
-        self.names = Names()
+        self.graph: Graph = beside.graph if beside else Graph()
+        self.names: Names = beside.names if beside else Names()
         self._functions: dict[str, Callable[..., Any]] = {
             "sin": lambda x: _exact(cosine_sine(self.graph, x)[1]),
             "cos": lambda x: _exact(cosine_sine(self.graph, x)[0]),
@@ -39,9 +44,9 @@ class Cells:
             "sqrt": lambda x: square_root(self.graph, x),
             "atan2": lambda y, x: arc_tangent(self.graph, y, x),
         }
-        self._cells = self._parameter_cells(folded)
+        self._cells: dict[str, Scalar] = beside._cells if beside else self._parameter_cells(folded)
 
-    def named(self, variables: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    def values_by_name(self, variables: Mapping[str, Scalar]) -> dict[str, Scalar]:
         """Values of the names in cells: parameters, and these variables."""
         return {**self._cells, **variables}
 

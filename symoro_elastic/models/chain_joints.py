@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.mechanics.coordinates import Row, Rows
-from symoro_elastic.mechanics.inverse_geometry.followed import Followed, followed
+from symoro_elastic.mechanics.inverse_geometry.followed import Followed, angles_of_followers
 from symoro_elastic.mechanics.kinematics import frames
 from symoro_elastic.mechanics.spatial import ZERO, Axis, Twist, cross
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.driving import independent_motors
 from symoro_elastic.models.model import Frame
 from symoro_elastic.models.modular import SEED, modulo_prime
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
-from symoro_elastic.symbolic.differentiation import substituted
+from symoro_elastic.symbolic.differentiation import substitute
 from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.finite_field import Residue
 
@@ -54,15 +54,15 @@ def rows_of_chain(bound: Bound, frame: Frame, path: Sequence[int], wanted: slice
 def at_zero(bound: Bound, j: int) -> Scalar:
     """Position of joint j where all variables are zero, rad or m."""
     zero = {x.operands[0]: 0 for x in bound.q.values()}
-    return substituted(bound.graph, [bound.angle(j)], zero)[0]
+    return substitute(bound.graph, [bound.angle(j)], zero)[0]
 
 
 def variables_followed(bound: Bound, is_zero: Callable[[Scalar], bool], S: Rows) -> Followed:
     """Independent variables from positions of the joints that follow them. Raises `InverseRefused`."""
     slides = [j for j in S if bound.machine.joint(j).sigma == 1]
-    found = followed(is_zero, S, slides)
+    found = angles_of_followers(is_zero, S, slides)
     if found is None:
-        what = f"{_listed(S)} follow fewer variables, which their angles, known but for whole turns, leave in doubt"
+        what = f"{_listed(S)}: their angles are known only up to whole turns, so the variables are ambiguous"
         way_out = "fold their ratios into the code (--fold), or ask for another frame"
         raise InverseRefused(bound.machine, min(S), f"{what}: {way_out}")
     return found
@@ -81,7 +81,7 @@ def _not_linear(bound: Bound, j: int) -> str:
     owners = {j, *(bound.machine.variables[x] for x in joint.selected.names & bound.machine.variables.keys())}
     loops = [one.loop.name for one in bound.loops if not owners.isdisjoint(one.dependent)]
     if not loops:
-        return f"{joint.selected.text!r} is no linear formula of {', '.join(sorted(joint.selected.names))}"
+        return f"{joint.selected.text!r} is not a linear formula of {', '.join(sorted(joint.selected.names))}"
     what = f"it follows from loop {loops[0]}, and not by sums of angles"
     return f"{what}: make it independent, choose other dependent joints (dependent = [...])"
 
@@ -104,7 +104,7 @@ def _motors_set_all(bound: Bound) -> bool:
     if not any(j in bound.machine.dependent for j in bound.motors):
         return False
     rows = {j: bound.coordinates.S_x[j] for j in (*bound.motors, *bound.machine.elastic)}
-    return len(independent_motors(bound, rows)) == len(bound.machine.moving)
+    return len(independent_motors(bound, rows)) == len(bound.machine.independent)
 
 
 # Redundant chains

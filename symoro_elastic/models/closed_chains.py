@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.mechanics.dynamics import dynamics
-from symoro_elastic.mechanics.loops.linear import solved
+from symoro_elastic.mechanics.loops.linear import solve
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.closing_forces import coupling_forces, loop_forces
 from symoro_elastic.models.loops.naming import name_newton_step
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics, name_geometry
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.differentiation import substituted
+from symoro_elastic.models.rules import given_rules
+from symoro_elastic.symbolic.differentiation import substitute
 from symoro_elastic.symbolic.functions import square_root
 from symoro_elastic.symbolic.program import Section
 
@@ -30,7 +31,7 @@ def of_closed_chain(model: Model, bound: Bound, results: Results) -> Model:
     arguments = model.arguments
     if "qd" in arguments and "q" not in arguments:
         arguments = ("q", *arguments)
-    if bound.takes_dependent and "q" in arguments and "q_dep" not in arguments:
+    if bound.assembled and "q" in arguments and "q_dep" not in arguments:
         k = arguments.index("q") + 1
         arguments = (*arguments[:k], "q_dep", *arguments[k:])
     if model.has_loop_forces and any(j in bound.machine.dependent for j in bound.motors):
@@ -41,14 +42,14 @@ def of_closed_chain(model: Model, bound: Bound, results: Results) -> Model:
 def _dependent_coordinates(bound: Bound, _: Joints) -> Results:
     _refuse_without_couplings(bound, "dependent_coordinates")
     _name_geometry(bound)
-    owners = bound.machine.owners
+    owners = bound.machine.with_variable
     return {"x": Result(owners, tuple(bound.variables[j] for j in owners))}
 
 
 def _coupling_matrix(bound: Bound, _: Joints) -> Results:
     _refuse_without_couplings(bound, "coupling_matrix")
     _name_geometry(bound)
-    coordinates, joints, independent = bound.coordinates, bound.machine.articulated, bound.machine.moving
+    coordinates, joints, independent = bound.coordinates, bound.machine.articulated, bound.machine.independent
     entries = tuple(coordinates.S[j].get(k, 0) for j in joints for k in independent)
     return {
         "S": Result(joints, entries, (len(independent),)),
@@ -58,24 +59,24 @@ def _coupling_matrix(bound: Bound, _: Joints) -> Results:
 
 def _assemble(bound: Bound, _: Joints) -> Results:
     """Dependent variables by a fixed number of steps of Newton's method, from a guess (L18)."""
-    if not bound.takes_dependent:
+    if not bound.assembled:
         what = "no loop needs it, for the dependent variables have closed forms: ask for dependent_coordinates"
         raise bound.machine.error("assemble", what)
     errors, steps = _newton_step(bound)
     names = [str(bound.machine.joint(j).variable) for j in bound.assembled]
     found: Sequence[Scalar] = [bound.variables[j] for j in bound.assembled]
     for step in range(1, NEWTON_STEPS + 1):
-        moves = substituted(bound.graph, steps, dict(zip(names, found, strict=True)))
+        moves = substitute(bound.graph, steps, dict(zip(names, found, strict=True)))
         found = [x - move for x, move in zip(found, moves, strict=True)]
         name_newton_step(bound.names, step, dict(zip(bound.assembled, found, strict=True)))
     position = dict(zip(names, found, strict=True))
-    left = substituted(bound.graph, errors, position)
+    left = substitute(bound.graph, errors, position)
     closed = [bound.variables[j] for j in bound.machine.dependent]
     total: Scalar = 0
     for x in left:
         total = total + x * x
     return {
-        "q_dep": Result(bound.machine.dependent, tuple(substituted(bound.graph, closed, position))),
+        "q_dep": Result(bound.machine.dependent, tuple(substitute(bound.graph, closed, position))),
         "residual": Result(None, (square_root(bound.graph, total),), (1,)),
     }
 
@@ -86,7 +87,7 @@ def _newton_step(bound: Bound) -> tuple[list[Scalar], list[Scalar]]:
     errors: list[Scalar] = []
     for block in bound.coordinates.assembled_blocks:
         error = bound.coordinates.errors_of(block)
-        (step,) = solved(bound.coordinates.columns_of(block), [error])
+        (step,) = solve(bound.coordinates.columns_of(block), [error])
         steps |= zip(bound.coordinates.unknown(block), step, strict=True)
         errors += error
     return errors, [steps[j] for j in bound.assembled]
@@ -95,7 +96,7 @@ def _newton_step(bound: Bound) -> tuple[list[Scalar], list[Scalar]]:
 def _constraint_forces(bound: Bound, _: Joints) -> Results:
     """Forces of loops and couplings in a motion: S^T rho = 0, W_d^T mu = rho_d (L32)."""
     _refuse_without_couplings(bound, "constraint_forces")
-    found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
+    found = dynamics(bound.mechanism, bound.rates(), given_rules(bound))
     name_dynamics(bound, found, "[15]", "[61]")
     results: Results = {}
     wrenches = loop_forces(bound, found)
@@ -127,7 +128,7 @@ FAMILY = "closed chains"
 CLOSED_CHAINS = (
     Model(
         "dependent_coordinates",
-        "own variables of all joints",
+        "joint coordinates of all joints",
         "(L1), (L12)-(L17)",
         ("q",),
         ("x",),

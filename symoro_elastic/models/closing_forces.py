@@ -5,23 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
 from symoro_elastic.mechanics.kinematics import frames
 from symoro_elastic.mechanics.loops.closing import closing_columns
-from symoro_elastic.mechanics.loops.linear import solved
+from symoro_elastic.mechanics.loops.linear import solve
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import Axis, Vector, Wrench, cross
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.loops.assembly import cut_joint, loop_branches
 from symoro_elastic.models.loops.plan import LoopPlan
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.rules import given_rules
 
 
 def with_loop_forces(bound: Bound) -> Mechanism:
     """The mechanism with the forces of its loops as external wrenches on the bodies that meet (L33)."""
     if not bound.machine.loops:
         return bound.mechanism
-    found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
+    found = dynamics(bound.mechanism, bound.rates(), given_rules(bound))
     wrenches, links = loop_forces(bound, found), list(bound.mechanism.links)
     for loop in bound.machine.loops:
         cut, wrench = cut_joint(bound.machine, loop), wrenches[loop.name]
@@ -36,15 +37,15 @@ def with_loop_forces(bound: Bound) -> Mechanism:
 def needed_forces(bound: Bound, found: Dynamics) -> dict[int, Scalar]:
     """Force that each joint needs beyond its friction where it has no variable of its own; loops count as cut."""
     forces = {j: found.Gamma[j] for j in bound.machine.articulated}
-    for j in forces.keys() - {*bound.machine.owners}:
+    for j in forces.keys() - {*bound.machine.with_variable}:
         forces[j] = forces[j] + bound.friction(j)
     return forces
 
 
 def coupling_forces(bound: Bound, found: Dynamics, wrenches: Mapping[str, Wrench]) -> dict[int, Scalar]:
-    """Force on each joint without a variable of its own, by its coupling; what loops do on it is no part of it."""
+    """Force on each joint without a variable of its own, by its coupling; what loops do on it is not part of it."""
     needed = needed_forces(bound, found)
-    forces = {j: needed[j] for j in bound.machine.articulated if j not in bound.machine.owners}
+    forces = {j: needed[j] for j in bound.machine.articulated if j not in bound.machine.with_variable}
     for loop in bound.machine.loops:
         for j, column in closing_columns(loop_branches(bound, loop)).items():
             if j in forces:
@@ -66,7 +67,7 @@ def loop_forces(bound: Bound, found: Dynamics) -> dict[str, Wrench]:
         unknown = coordinates.unknown(block)
         columns = coordinates.columns_of(block)
         transposed = [[column[i] for column in columns] for i in range(len(unknown))]
-        (mu,) = solved(transposed, [[rho[j] for j in unknown]])
+        (mu,) = solve(transposed, [[rho[j] for j in unknown]])
         rows = iter(mu)
         for loop in block:
             entries: list[Scalar] = [0] * 6

@@ -1,25 +1,37 @@
 """Machines that no dynamic model can move: pivots H_j that are zero for every value of the variables.
 
 The recursion is run modulo a large prime on random values, so zero means identically zero. The
-motion that meets no inertia names the joints which share the blame. Where joints depend on others the inertia matrix
-at assembled positions tells (`models/degenerate_coupled.py`).
+motion that meets no inertia names the joints which share the blame. Where joints depend on others, null directions of
+the inertia matrix tell: closed forms and assembled positions are not rational numbers, so this is decided in double
+precision, at several assembled positions and with random values for the parameters that no position depends on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
 
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.columns import cells
+from symoro_elastic.machine.domain import Domain
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.series_springs import springs_in_series
+from symoro_elastic.mechanics.base_body import WrenchKnown
 from symoro_elastic.mechanics.dynamics import AccelerationKnown, Rule, SingularPivot, TorqueKnown, dynamics
-from symoro_elastic.mechanics.floating_base import WrenchKnown
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.degenerate_coupled import motions_without_inertia
+from symoro_elastic.models.coordinate_inertia import coordinate_inertia
+from symoro_elastic.models.floating_base import inertia
+from symoro_elastic.models.loops.plan import Plan, plan_of
 from symoro_elastic.models.modular import modulo_prime
+from symoro_elastic.models.rules import base_rule
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 __all__ = ["Degeneracy", "SingularPivot", "degeneracies"]
 
@@ -34,7 +46,7 @@ class Degeneracy:
     def message(self, machine: Machine) -> str:
         """The fault and its remedies, naming the joints."""
         if not self.joint:
-            return "with all that it carries it has a motion that meets no inertia: give it a body"
+            return "with all that it carries it has a motion without inertia: give it a body"
         names = [_name(machine, j) for j in self.moving_together]
         joints = [machine.joint(j) for j in self.moving_together]
         if len(joints) == 1:
@@ -42,7 +54,7 @@ class Degeneracy:
                 f"H{self.joint} is zero at every position: {names[0]} moves no inertia; "
                 f"{_massless_cure(joints[0])}, lock it in a scene, or remove the row"
             )
-        if not {*self.moving_together} <= {*machine.moving}:
+        if not {*self.moving_together} <= {*machine.independent}:
             return (
                 f"H{self.joint} is zero at every position: {_listed(names)} move together without moving any mass; "
                 "give one of their bodies inertia, or the motor that drives them a rotor inertia"
@@ -94,9 +106,9 @@ def degeneracies(machine: Machine, known_motors: bool, folded: Sequence[str] = (
         return [Degeneracy(min((j for j in joints if j), default=0), joints) for joints in together]
     bound = Bound(machine, folded)
     mechanism = _modulo_prime(bound)
-    base = WrenchKnown(NO_WRENCH) if bound.base_rule else None
+    base = WrenchKnown(NO_WRENCH) if base_rule(bound) else None
     rules: list[Rule | None] = [None] * (len(machine.joints) + 1)
-    for j in machine.moving:
+    for j in machine.independent:
         known = known_motors and j in bound.motors
         rules[j] = AccelerationKnown(0) if known else TorqueKnown(0)
     return list(_singular_joints(mechanism, rules, base))
@@ -124,13 +136,117 @@ def _moving(mechanism: Mechanism, rules: list[Rule | None]) -> tuple[int, ...]:
     driven = max(j for j, rule in enumerate(rules) if rule == AccelerationKnown(1))
     held: list[Rule | None] = [AccelerationKnown(0) if rule and j < driven else rule for j, rule in enumerate(rules)]
     found = dynamics(mechanism, [0] * len(rules), held)
-    return tuple(j for j, qdd in found.qdd.items() if _nonzero(qdd))
-
-
-def _nonzero(residue: Any) -> bool:
-    return bool(residue)
+    return tuple(j for j, qdd in found.qdd.items() if bool(qdd))
 
 
 def _modulo_prime(bound: Bound) -> Mechanism:
     """The mechanism at rest, without gravity, at random values modulo a prime."""
     return modulo_prime(replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST))
+
+
+SEED = 20261
+VANISHING = 1e-9
+"""An eigenvalue of the inertia matrix with ones on its diagonal, or an entry of a direction, that counts as zero."""
+PLACING = "joints"
+"""The section of a machine's file with the cells that place its frames."""
+
+
+def motions_without_inertia(machine: Machine, known_motors: bool, folded: Sequence[str]) -> Iterator[tuple[int, ...]]:
+    """Joints that move in each of these motions, 0 for the base; with `known_motors` no motor moves.
+
+    Positions at which loops are singular tell nothing; raises `InputError` where all of them are, and for a cell that
+    has a value at none.
+    """
+    bound, plan = Bound(machine, folded), plan_of(machine)
+    found = []
+    for symbols in _symbols(machine, plan):
+        with suppress(ZeroDivisionError):
+            found.append(_directions(bound, symbols, known_motors))
+    if not found and not machine.loops:
+        raise machine.error("joints", "no position was found at which all their formulas have a value")
+    if not found:
+        loops = ", ".join(loop.name for loop in machine.loops)
+        what = "start is a singular position, for example with two links stretched: choose one beside it"
+        raise machine.error(f"loop {loops}", what)
+    directions, S = min(found, key=lambda one: one[0].shape[1])
+    of_base = len(directions) - S.shape[1]
+    for direction in _apart(directions):
+        rates = S @ direction[of_base:]
+        base = (0,) if np.any(np.abs(direction[:of_base]) > VANISHING) else ()
+        yield (*base, *(j for j, x in zip(machine.articulated, rates, strict=True) if abs(x) > VANISHING))
+
+
+def _symbols(machine: Machine, plan: Plan) -> Iterator[dict[str, float]]:
+    """Values of all parameters and variables at assembled positions."""
+    source = random.Random(SEED)
+    placing = {
+        name
+        for joint in machine.joints
+        for cell, formula in cells(joint)
+        if cell.column.section == PLACING
+        for name in formula.names
+    }
+    values = {p.name: source.uniform(0.5, 1.5) for p in machine.parameters if p.name not in placing}
+    domain = Domain(machine)
+    for position in plan.positions:
+        symbols = plan.assembly.symbols(position) | values
+        defined = domain.nearest_defined(symbols, source)
+        if defined is not None:
+            yield defined
+        elif refusal := domain.refusal(symbols):
+            raise refusal
+
+
+def _directions(bound: Bound, symbols: Mapping[str, float], known_motors: bool) -> tuple[Array, Array]:
+    """Columns that span the velocities of base and coordinates which meet no inertia, and S, at one position."""
+    machine, coordinates = bound.machine, bound.coordinates
+    independent = machine.independent
+    held = [coordinates.S_x[j].get(k, 0) for j in (bound.motors if known_motors else ()) for k in independent]
+    S = [coordinates.S[j].get(k, 0) for j in machine.articulated for k in independent]
+    A = inertia(bound, coordinate_inertia(bound), independent).entries
+    size = len(independent) + machine.degrees_of_base
+    rows = [_numbers(entries, symbols) for entries in (A, held, S)]
+    A_here, held_here, S_here = (
+        x.reshape(-1, n) for x, n in zip(rows, (size, len(independent), len(independent)), strict=True)
+    )
+    of_base = size - len(independent)
+    still = np.pad(held_here, ((0, 0), (of_base, 0)))
+    if machine.floating and base_rule(bound) is None:
+        still = np.vstack([still, np.eye(6, size)])
+    return _null(A_here, _kernel(still)), S_here
+
+
+def _numbers(entries: Sequence[Scalar], symbols: Mapping[str, float]) -> Array:
+    value = evaluate(entries, symbols, FLOATS)
+    return np.array([float(value(x)) for x in entries])
+
+
+def _kernel(rows: Array) -> Array:
+    """Columns that span the directions in which all rows are zero."""
+    if not len(rows):
+        return np.eye(rows.shape[1])
+    _, sizes, V = np.linalg.svd(rows)
+    return V[int(np.sum(sizes > VANISHING * max(1.0, sizes.max(initial=0)))) :].T
+
+
+def _null(A: Array, free: Array) -> Array:
+    """Columns among those that span `free` that a positive semidefinite A takes to zero."""
+    inner = free.T @ A @ free
+    lengths = np.sqrt(np.abs(np.diag(inner)))
+    scale = np.where(lengths > VANISHING * max(1e-300, lengths.max(initial=0)), lengths, 1.0)
+    sizes, V = np.linalg.eigh(inner / np.outer(scale, scale))
+    found: Array = free @ (V[:, np.abs(sizes) < VANISHING] / scale[:, None])
+    return found
+
+
+def _apart(directions: Array) -> Iterator[Array]:
+    """Directions that span the same, with as few entries in common as elimination gives, the largest entry one."""
+    left = directions.copy()
+    for column in range(left.shape[1]):
+        row = int(np.argmax(np.abs(left[:, column:]).max(axis=1, initial=0)))
+        pivot = column + int(np.argmax(np.abs(left[row, column:])))
+        left[:, [column, pivot]] = left[:, [pivot, column]]
+        left[:, column] /= left[row, column]
+        others = np.arange(left.shape[1]) != column
+        left[:, others] -= np.outer(left[:, column], left[row, others])
+    yield from (x / np.abs(x).max() for x in left.T)

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.arguments import arguments, columns_of_base
-from symoro_elastic.mechanics.floating_base import DEGREES
-from symoro_elastic.mechanics.loops.linear import solved
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.arguments import PARAMETERS, arguments, columns_of_base
+from symoro_elastic.mechanics.base_body import DEGREES
+from symoro_elastic.mechanics.loops.linear import solve
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import Expression, Level, reachable
 from symoro_elastic.symbolic.operations import SYMBOL
 
 Variables = Mapping[str, Mapping[int, Expression]]
-"""What is differentiated by, array by array, by joint, degree of freedom of the base or number of the parameter."""
+"""What is differentiated by, by argument and joint, degree of freedom of the base or number of the parameter."""
 
 
 def all_columns(bound: Bound, driving: Variables) -> Variables:
     """The variables by which dynamic models are differentiated."""
     on_base = {
-        f"d{name}": dict(zip(DEGREES, map(bound.graph.symbol, arguments(bound.machine)[name]), strict=True))
+        name: dict(zip(DEGREES, map(bound.graph.symbol, arguments(bound.machine)[name]), strict=True))
         for name in columns_of_base(bound.machine)
     }
-    return {"dq": bound.q, "dqd": bound.qd, **driving, **on_base}
+    return {"q": bound.q, "qd": bound.qd, **driving, **on_base}
 
 
 def chosen_columns(bound: Bound, by: Variables) -> Variables:
@@ -33,7 +33,7 @@ def chosen_columns(bound: Bound, by: Variables) -> Variables:
         return by
     found = {}
     for name, variables in by.items():
-        columns = [c for word in bound.by for c, x in variables.items() if word in (name[1:], x.operands[0])]
+        columns = [c for word in bound.by for c, x in variables.items() if word in (name, x.operands[0])]
         if columns:
             found[name] = {c: variables[c] for c in columns}
     return found
@@ -42,9 +42,9 @@ def chosen_columns(bound: Bound, by: Variables) -> Variables:
 def needed_columns(bound: Bound, by: Variables) -> Variables:
     """Variables that a scene names, and those of which the columns of the pose are made."""
     chosen = chosen_columns(bound, by)
-    posed = "dpose" in chosen and "dV0d" in by
-    whole = {"dqdd_motor"} | ({"dV0d"} if posed else set())
-    named = {*chosen, *(("dV0d",) if posed else ())} - {"dpose"}
+    posed = "pose" in chosen and "V0d" in by
+    whole = {"qdd_motor"} | ({"V0d"} if posed else set())
+    named = {*chosen, *(("V0d",) if posed else ())} - {"pose"}
     return {name: by[name] if name in whole else chosen[name] for name in by if name in named}
 
 
@@ -52,21 +52,21 @@ def parameter_columns(bound: Bound, results: Iterable[Scalar]) -> Variables:
     """The parameters that a scene names, or else those that results are made of, numbered as in the table."""
     if bound.by:
         numbers = {p.name: c for c, p in enumerate(bound.machine.parameters)}
-        return {"dp": {numbers[name]: bound.graph.symbol(name, Level.PARAMETER) for name in bound.by}}
+        return {PARAMETERS: {numbers[name]: bound.graph.symbol(name, Level.PARAMETER) for name in bound.by}}
     used = {x for x in reachable(results) if x.operation == SYMBOL}
     names = {x.operands[0]: x for x in used if x.level is Level.PARAMETER}
     if not names:
         source = bound.machine.label
         raise InputError(source, "parameters", "nothing depends on a parameter that has a name: fold fewer of them")
-    return {"dp": {c: names[p.name] for c, p in enumerate(bound.machine.parameters) if p.name in names}}
+    return {PARAMETERS: {c: names[p.name] for c, p in enumerate(bound.machine.parameters) if p.name in names}}
 
 
 def moved_with(bound: Bound, name: str, c: int, variable: Expression) -> dict[Expression, Scalar]:
     """What moves with a variable, and how much: that itself, and dependent variables that are arguments (L42)."""
     changes: dict[int, Scalar] = {}
-    if name == "dq":
+    if name == "q":
         changes = {d: bound.coordinates.S_x[d].get(c, 0) for d in bound.assembled}
-    elif name == "dp":
+    elif name == PARAMETERS:
         changes = _assembled_along(bound, {variable: 1})
     return {variable: 1, **_moved(bound, changes)}
 
@@ -86,6 +86,6 @@ def _assembled_along(bound: Bound, direction: Mapping[Expression, Scalar]) -> di
     for block in bound.coordinates.assembled_blocks:
         errors = bound.coordinates.errors_of(block)
         tangents = Differentiation(errors).along({**direction, **_moved(bound, found)})
-        (changes,) = solved(bound.coordinates.columns_of(block), [[-tangents.of(x) for x in errors]])
+        (changes,) = solve(bound.coordinates.columns_of(block), [[-tangents.of(x) for x in errors]])
         found |= zip(bound.coordinates.unknown(block), changes, strict=True)
     return found

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.mechanics.base_body import DEGREES
 from symoro_elastic.mechanics.derivatives.accelerations import (
     Solve,
     changes,
@@ -15,18 +17,19 @@ from symoro_elastic.mechanics.derivatives.accelerations import (
 from symoro_elastic.mechanics.derivatives.base import add_base, by_pose, falling_by_pose
 from symoro_elastic.mechanics.derivatives.torques import Entries, torque_derivatives
 from symoro_elastic.mechanics.dynamics import Dynamics
-from symoro_elastic.mechanics.floating_base import DEGREES
 from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.derivative_columns import Variables, moved_with
 from symoro_elastic.models.model import Joints
 from symoro_elastic.models.naming_derivatives import name_torque_derivatives
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.rules import base_rule
 from symoro_elastic.symbolic.differentiation import Differentiation, Tangents
 from symoro_elastic.symbolic.expression import reachable
 
 Outputs = Mapping[str, Mapping[int, Scalar]]
 """Entries of each result of a model, by joint."""
+Which = tuple[str, str]
+"""A derivative: the result, and the argument that it is taken by."""
 
 
 def values_of(outputs: Outputs) -> list[Scalar]:
@@ -36,9 +39,9 @@ def values_of(outputs: Outputs) -> list[Scalar]:
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Entries of each derivative, as `dqdd_dq`; those of quantities on the way, by name of the variable."""
+    """Entries of each derivative; those of quantities on the way, by name of the variable."""
 
-    entries: dict[str, Entries]
+    entries: dict[Which, Entries]
     tangents: dict[str, Tangents] = field(default_factory=dict)
 
     @property
@@ -48,10 +51,10 @@ class Derivatives:
 
     def only(self, by: Variables) -> Derivatives:
         """The columns of these variables."""
-        kept = {name: by[argument] for name in self.entries if (argument := name.partition("_")[2]) in by}
         entries = {
-            name: {(j, c): x for (j, c), x in self.entries[name].items() if c in columns}
-            for name, columns in kept.items()
+            (result, argument): {(j, c): x for (j, c), x in entries.items() if c in by[argument]}
+            for (result, argument), entries in self.entries.items()
+            if argument in by
         }
         return Derivatives(entries, self.tangents)
 
@@ -67,15 +70,15 @@ def has_recursion(bound: Bound) -> bool:
 def by_recursion(bound: Bound, found: Dynamics, outputs: Outputs, by: Variables) -> Derivatives:
     """By composite bodies and, where accelerations of joints or of the base are to be found, linear systems."""
     by_q, by_qd, A = torque_changes(bound, found)
-    free, solve = unknown_accelerations(bound, A, found, bound.machine.moving if "qdd" in outputs else ())
-    numbers = (*(DEGREES if bound.machine.floating else ()), *bound.machine.moving)
+    free, solve = unknown_accelerations(bound, A, found, bound.machine.independent if "qdd" in outputs else ())
+    numbers = (*DEGREES[: bound.machine.degrees_of_base], *bound.machine.independent)
     tables = {"driven": changes_by_known(A, numbers, free, solve)} if free else {"driven": A}
     tables |= {"q": changes(by_q, A, numbers, free, solve), "qd": changes(by_qd, A, numbers, free, solve)}
-    of = {"dq": "q", "dqd": "qd", "dV0": "qd"}
-    entries: dict[str, Entries] = {}
+    of = {"q": "q", "qd": "qd", "V0": "qd"}
+    entries: dict[Which, Entries] = {}
     for result in outputs:
         for name, columns in by.items():
-            if name != "dpose":
+            if name != "pose":
                 table = tables[of.get(name, "driven")]
                 entries |= split_by_result(bound, table, {result: outputs[result]}, {name: columns})
     return Derivatives(entries)
@@ -84,45 +87,45 @@ def by_recursion(bound: Bound, found: Dynamics, outputs: Outputs, by: Variables)
 def unknown_accelerations(bound: Bound, A: Entries, found: Dynamics, joints: Joints) -> tuple[Joints, Solve]:
     """Numbers of the unknown accelerations, and the solver for them."""
     solve: Solve = solving(found.mechanism, A, found) if joints else lambda right: {}
-    if bound.base_rule is None:
+    if base_rule(bound) is None:
         return joints, solve
     return (*DEGREES, *joints), solving_with_base(A, found.Js[0], joints, solve)
 
 
-def split_by_result(bound: Bound, table: Entries, outputs: Outputs, by: Variables) -> dict[str, Entries]:
+def split_by_result(bound: Bound, table: Entries, outputs: Outputs, by: Variables) -> dict[Which, Entries]:
     """The rows of each result and the columns of each argument in a table of all of them."""
     return {
-        f"d{result}_{name}": {(i, c): table[i, c] for i in rows for c in columns if (i, c) in table}
+        (result, name): {(i, c): table[i, c] for i in rows for c in columns if (i, c) in table}
         for result, rows in outputs.items()
         for name, columns in by.items()
     }
 
 
 def with_pose(bound: Bound, made: Derivatives, outputs: Outputs) -> Derivatives:
-    """With the columns of the pose of a floating base."""
-    if bound.machine.floating is None:
+    """With the columns of the pose of the base."""
+    if not bound.machine.degrees_of_base:
         return made
-    posed: dict[str, Entries] = {}
+    posed: dict[Which, Entries] = {}
     for result in outputs:
-        if bound.base_rule:
+        if base_rule(bound):
             still: Entries = {(i, m): 0 for i in outputs[result] for m in DEGREES}
-            posed[f"d{result}_dpose"] = falling_by_pose(bound.gravity) if result == "V0d" else still
-        elif f"d{result}_dV0d" in made.entries:
-            posed[f"d{result}_dpose"] = by_pose(made.entries[f"d{result}_dV0d"], bound.gravity)
+            posed[result, "pose"] = falling_by_pose(bound.gravity) if result == "V0d" else still
+        elif (result, "V0d") in made.entries:
+            posed[result, "pose"] = by_pose(made.entries[result, "V0d"], bound.gravity)
     return replace(made, entries=made.entries | posed)
 
 
 def torque_changes(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Entries]:
     """Derivatives by q, qd and qdd of the torques that a motion asks of motors, springs and friction included.
 
-    Rows and columns of a floating base are those of its wrench, its velocity and its acceleration.
+    Rows and columns of the base are those of its wrench, its velocity and its acceleration.
     """
     made = torque_derivatives(found.mechanism, bound.rates(), found)
-    if bound.machine.floating:
+    if bound.machine.degrees_of_base:
         add_base(made, found.w[0])
     name_torque_derivatives(bound, made)
     by_q, by_qd = dict(made.by_q), dict(made.by_qd)
-    for j in bound.machine.moving:
+    for j in bound.machine.independent:
         joint, (stiffness, _) = bound.machine.joint(j), bound.spring(j)
         by_q[j, j] = by_q[j, j] + stiffness
         by_qd[j, j] = by_qd[j, j] + bound.friction_slope(j) + bound.cell(joint.spring.damping)
@@ -132,12 +135,12 @@ def torque_changes(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Ent
 def of_graph(bound: Bound, outputs: Outputs, by: Variables) -> Derivatives:
     """By differentiating the graph of a model: total derivatives, along what moves with a variable (L42)."""
     graph = Differentiation(values_of(outputs))
-    made = Derivatives({f"d{result}_{name}": {} for result in outputs for name in by})
+    made = Derivatives({(result, name): {} for result in outputs for name in by})
     for name, variables in by.items():
         for c, variable in variables.items():
             made.tangents[variable.operands[0]] = tangents = graph.along(moved_with(bound, name, c, variable))
             for result, entries in outputs.items():
-                made.entries[f"d{result}_{name}"] |= {(j, c): tangents.of(x) for j, x in entries.items()}
+                made.entries[result, name] |= {(j, c): tangents.of(x) for j, x in entries.items()}
     return made
 
 

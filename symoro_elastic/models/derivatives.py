@@ -7,7 +7,7 @@ motors drive springs, the graph of the model is differentiated: nothing cancels 
 springs. Slides take the shorter way. Where joints are coupled, the graph of the model is differentiated too:
 derivatives are total ones, dependent variables move along.
 
-On a floating base they are also taken by its velocity V0, by what is known of it, V0d or f0, and by its
+On a base that moves freely they are also taken by its velocity V0, by what is known of it, V0d or f0, and by its
 pose: a displacement d and a rotation vector r, both small and in its axes, whether R0 or Q0 tells how it
 is turned: P0 + R0 d, R0 (1 + hat(r)). V0, V0d and f0 keep their components, in the axes that turn.
 """
@@ -16,12 +16,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.arguments import PARAMETERS
+from symoro_elastic.mechanics.base_body import DEGREES
 from symoro_elastic.mechanics.derivatives.accelerations import changes
 from symoro_elastic.mechanics.derivatives.torques import Entries
 from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
-from symoro_elastic.mechanics.floating_base import DEGREES
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.derivative_columns import (
     Variables,
     all_columns,
@@ -44,16 +46,16 @@ from symoro_elastic.models.derivative_ways import (
 )
 from symoro_elastic.models.driving import inverse_by_motors
 from symoro_elastic.models.floating_base import found_of_base
-from symoro_elastic.models.linearization import FAMILY, LINEARIZATION
 from symoro_elastic.models.model import MOVING, Joints, Model, Pivots, Result, Results
-from symoro_elastic.models.naming import name_dynamics
+from symoro_elastic.models.naming import name_composites, name_dynamics
 from symoro_elastic.models.naming_derivatives import name_acceleration_derivatives, name_tangents
-from symoro_elastic.models.rules import Motion
+from symoro_elastic.models.rules import Motion, base_rule, direct_motion, given_rules, inverse_motion
 from symoro_elastic.quantities import derivative, quantity
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.differentiation import substituted
+from symoro_elastic.symbolic.differentiation import substitute
 
-OF_BASE = ("dV0d", "df0")
+FAMILY = "derivatives"
+
+OF_BASE = ("V0d", "f0")
 
 
 @dataclass(frozen=True)
@@ -70,21 +72,21 @@ class Solved:
 
 
 def _inverse_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
-    by = all_columns(bound, {"dqdd_motor": bound.qdd_motor})
-    if len(bound.motors) == len(bound.machine.moving) and has_recursion(bound):
+    by = all_columns(bound, {"qdd_motor": bound.qdd_motor})
+    if len(bound.motors) == len(bound.machine.independent) and has_recursion(bound):
         solved = _inverse(bound)
         outputs = _inverse_outputs(bound, solved)
         made = by_recursion(bound, solved.found, outputs, by)
     else:
         columns, outputs = needed_columns(bound, by), _found_by_inverse(bound)
         made = of_graph(bound, outputs, columns)
-        if "dqdd_motor" in columns and _motors_are_independent(bound):
-            made.entries["dtau_dqdd_motor"] = _mirrored(made.entries["dtau_dqdd_motor"])
+        if "qdd_motor" in columns and _motors_are_independent(bound):
+            made.entries["tau", "qdd_motor"] = _mirrored(made.entries["tau", "qdd_motor"])
     return _results(bound, with_pose(bound, made, outputs), asked, chosen_columns(bound, by))
 
 
 def _direct_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
-    solved, by = _direct(bound), all_columns(bound, {"dtau": bound.tau})
+    solved, by = _direct(bound), all_columns(bound, {"tau": bound.tau})
     outputs, columns = _direct_outputs(bound, solved), needed_columns(bound, by)
     if has_recursion(bound):
         made = shorter_way(bound, by_recursion(bound, solved.found, outputs, by).only(columns), outputs, columns)
@@ -105,39 +107,41 @@ def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resul
     by = parameter_columns(bound, values_of(outputs))
     if not has_recursion(bound):
         return _results(bound, of_graph(bound, outputs, by), asked, by)
-    given = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
-    torques = {j: given.Gamma[j] - bound.exerted(j) for j in bound.machine.moving}
-    torques |= zip(DEGREES, given.f[0].entries, strict=True) if bound.machine.floating else ()
+    given = dynamics(bound.mechanism, bound.rates(), given_rules(bound))
+    torques = {j: given.Gamma[j] - bound.exerted_torque(j) for j in bound.machine.independent}
+    torques |= zip(DEGREES, given.f[0].entries, strict=True) if bound.machine.degrees_of_base else ()
     symbols = {x.operands[0]: found.qdd[j] for j, x in bound.qdd.items()}
-    if bound.base_rule:
+    if base_rule(bound):
         symbols |= zip(quantity("V0d").entries, outputs["V0d"].values(), strict=True)
     A = torque_changes(bound, found)[2]
-    free, solve = unknown_accelerations(bound, A, found, bound.machine.moving)
-    graph = of_graph(bound, {"torques": torques}, by).entries["dtorques_dp"]
+    free, solve = unknown_accelerations(bound, A, found, bound.machine.independent)
+    graph = of_graph(bound, {"torques": torques}, by).entries["torques", PARAMETERS]
     right: Entries = {}
-    for c in by["dp"]:
-        column = substituted(bound.graph, [graph[i, c] for i in torques], symbols)
+    for c in by[PARAMETERS]:
+        column = substitute(bound.graph, [graph[i, c] for i in torques], symbols)
         right |= {(i, c): x for i, x in zip(torques, column, strict=True)}
-    solved = split_by_result(bound, changes(right, A, tuple(torques), free, solve), outputs, {"dp": by["dp"]})
+    solved = split_by_result(
+        bound, changes(right, A, tuple(torques), free, solve), outputs, {PARAMETERS: by[PARAMETERS]}
+    )
     return _results(bound, shorter_way(bound, Derivatives(solved), outputs, by), asked, by)
 
 
 def _inverse(bound: Bound) -> Solved:
-    motion = bound.inverse_motion()
-    found = motion.solved(bound.without_tip_angles)
+    motion = inverse_motion(bound)
+    found = motion.dynamics_of(bound.without_tip_angles)
     name_dynamics(bound, found, "[50]-[56]", "[57]-[61]")
     return Solved(motion, found)
 
 
 def _direct(bound: Bound) -> Solved:
-    motion = bound.direct_motion()
-    found = motion.solved(bound.without_tip_angles)
+    motion = direct_motion(bound)
+    found = motion.dynamics_of(bound.without_tip_angles)
     name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
     return Solved(motion, found)
 
 
 def _motors_are_independent(bound: Bound) -> bool:
-    return all(j in bound.machine.moving for j in bound.motors)
+    return all(j in bound.machine.independent for j in bound.motors)
 
 
 def _found_by_inverse(bound: Bound) -> Outputs:
@@ -145,12 +149,12 @@ def _found_by_inverse(bound: Bound) -> Outputs:
     if _motors_are_independent(bound):
         return _inverse_outputs(bound, _inverse(bound))
     found = inverse_by_motors(bound)
-    free = [j for j in bound.machine.moving if j not in bound.motors]
+    free = [j for j in bound.machine.independent if j not in bound.motors]
     return {"tau": found.tau, **({"qdd": {j: found.udd[j] for j in free}} if free else {})}
 
 
 def _inverse_outputs(bound: Bound, solved: Solved) -> Outputs:
-    free = [j for j in bound.machine.moving if j not in bound.motors]
+    free = [j for j in bound.machine.independent if j not in bound.motors]
     needed, passive, udd = solved.motion.forces(solved.found), bound.passive_forces(), solved.accelerations
     tau = {j: needed[j] - passive[j] for j in bound.motors}
     qdd = {"qdd": {j: udd[j] for j in free}} if free else {}
@@ -172,23 +176,63 @@ def _mirrored(symmetric: Entries) -> Entries:
 
 
 def _results(bound: Bound, made: Derivatives, asked: Joints, by: Variables) -> Results:
-    """The entries of the joints that are asked for, named."""
+    """The entries of the requested joints, named."""
     name_tangents(bound, made.tangents)
     made = made.only(by)
     name_acceleration_derivatives(bound, made.entries)
-    joints = bound.machine.owners if asked == bound.machine.moving else asked
+    joints = bound.machine.with_variable if asked == bound.machine.independent else asked
     results: Results = {}
-    for of in dict.fromkeys(name.partition("_")[0] for name in made.entries):
-        found = {argument: made.entries[f"{of}_{argument}"] for argument in by if f"{of}_{argument}" in made.entries}
+    for of in dict.fromkeys(result for result, _ in made.entries):
+        found = {argument: made.entries[of, argument] for argument in by if (of, argument) in made.entries}
         numbers = {i for entries in found.values() for i, _ in entries}
         rows = tuple(DEGREES) if of in OF_BASE else tuple(j for j in joints if j in numbers)
         for argument, entries in found.items():
             values = tuple(entries.get((i, c), 0) for i in rows for c in by[argument])
-            labels = tuple(x.operands[0] for x in by[argument].values()) if bound.by or argument == "dp" else ()
+            labels = tuple(x.operands[0] for x in by[argument].values()) if bound.by or argument == PARAMETERS else ()
             size = (len(by[argument]),)
             where, shape = (None, (6, *size)) if of in OF_BASE else (rows, size)
-            results[f"{of}_{argument}"] = Result(where, values, shape, column_labels=labels)
+            results[f"d{of}_d{argument}"] = Result(where, values, shape, column_labels=labels)
     return results
+
+
+# The linear model of small motions about any motion: M dqdd + D dqd + K dq = dtau.
+#
+# K and D are derivatives of the forces that the motion asks of the independent variables: S^T NE less springs, dampers,
+# friction and motors. Where joints are coupled these are total derivatives: S and gam move along, so that K holds the
+# tangent stiffness of the constraint forces (L40).
+def _linearization(bound: Bound, asked: Joints) -> Results:
+    """M, D, K of M dqdd + D dqd + K dq = dtau along any motion, springs and friction included."""
+    by_q, by_qd, by_qdd = _by_recursion(bound) if has_recursion(bound) else _of_graph(bound)
+    independent = bound.machine.independent
+    return {
+        name: Result(asked, tuple(entries.get((i, c), 0) for i in asked for c in independent), (len(independent),))
+        for name, entries in (("M", by_qdd), ("D", by_qd), ("K", by_q))
+    }
+
+
+def _by_recursion(bound: Bound) -> tuple[Entries, Entries, Entries]:
+    return torque_changes(bound, dynamics(bound.mechanism, bound.rates(), given_rules(bound)))
+
+
+def _of_graph(bound: Bound) -> tuple[Entries, Entries, Entries]:
+    """K, D of the forces that are left, and M = S^T A S (L38), (L40)."""
+    left = {"forces": forces_left(bound)}
+    made = of_graph(bound, left, {"q": bound.q, "qd": bound.qd}).entries
+    matrix = coordinate_inertia(bound)
+    name_composites(bound, matrix)
+    M = {(i, j): matrix.A[i][j] for i in bound.machine.independent for j in bound.machine.independent}
+    return made["forces", "q"], made["forces", "qd"], M
+
+
+def forces_left(bound: Bound) -> dict[int, Scalar]:
+    """What is left of S^T NE (L20) less all that is exerted on the independent variables: zero along a motion.
+
+    Torques of motors on dependent joints are in K, since S moves.
+    """
+    found = dynamics(bound.without_tip_angles, bound.rates(), given_rules(bound))
+    name_dynamics(bound, found, "[15]", "[61]")
+    needed, exerted = bound.on_independent(found.Gamma), bound.exerted_forces()
+    return {j: needed[j] - exerted[j] for j in bound.machine.independent}
 
 
 _INVERSE, _DIRECT = ("q", "qd", "qdd_motor"), ("q", "qd", "tau")
@@ -249,5 +293,14 @@ DERIVATIVES = (
         on_base=MOVING,
         pivots=Pivots.ALL,
     ),
-    LINEARIZATION,
+    Model(
+        "linearization",
+        "linear model of small motions about a given one: M dqdd + D dqd + K dq = dtau",
+        "[8], [12]-[15]",
+        ("q", "qd", "qdd"),
+        ("M", "D", "K"),
+        _linearization,
+        FAMILY,
+        has_loop_forces=True,
+    ),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.mechanics.energy import elastic_energy, gravity_energy, kinetic_energy
@@ -15,27 +16,23 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.closing_forces import with_loop_forces
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.driving import inverse_by_motors
-from symoro_elastic.models.floating_base import forces, found_of_base, inertia, solved, without_force_on_base
-from symoro_elastic.models.model import (
-    MOVING,
-    ORIENTATION,
-    CheckedBy,
-    Frames,
-    Joints,
-    Model,
-    Pivots,
-    Result,
-    Results,
+from symoro_elastic.models.floating_base import (
+    forces,
+    found_of_base,
+    inertia,
+    solution_with_base,
+    without_force_on_base,
 )
+from symoro_elastic.models.model import MOVING, ORIENTATION, CheckedBy, Frames, Joints, Model, Pivots, Result, Results
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors, name_twists
+from symoro_elastic.models.rules import base_rule, direct_motion, given_rules, held_rules, inverse_motion, still_rules
 from symoro_elastic.quantities import Quantity, quantity
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import is_constant
 
 
 def _direct_dynamics(bound: Bound, asked: Joints) -> Results:
-    motion = bound.direct_motion()
-    found = motion.solved(bound.without_tip_angles)
+    motion = direct_motion(bound)
+    found = motion.dynamics_of(bound.without_tip_angles)
     name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
     qdd = motion.accelerations(found)
     return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **found_of_base(bound, found)}
@@ -47,16 +44,16 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     Fewer operations than the recursion up to some ten joints in series. Less accurate: two or three times on an arm,
     a thousand times on 50 equal bodies, a million times where their masses grow; not for chains in single precision.
     """
-    mechanism = bound.held if bound.base_rule else bound.without_tip_angles
-    held = dynamics(mechanism, bound.rates(), bound.held_rules())
+    mechanism = bound.unaccelerated_mechanism if base_rule(bound) else bound.without_tip_angles
+    held = dynamics(mechanism, bound.rates(), held_rules(bound))
     found = coordinate_inertia(bound)
-    order, by = bound.machine.moving[::-1], share
+    order, by = bound.machine.independent[::-1], share
     if bound.machine.is_coupled:
         order, by = by_minimum_degree(order, found.A, is_constant), share_or_one
     factors = factorization(order, found.A, by)
     exerted, bias = bound.exerted_forces(), bound.on_independent(held.Gamma)
-    right = {j: exerted[j] - bias[j] for j in bound.machine.moving}
-    qdd, of_base = solved(bound, factors, found, held, right)
+    right = {j: exerted[j] - bias[j] for j in bound.machine.independent}
+    qdd, of_base = solution_with_base(bound, factors, found, held, right)
     name_dynamics(bound, held, "[15]", "[61]")
     name_composites(bound, found)
     name_factors(bound, factors, right, qdd)
@@ -64,13 +61,13 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
 
 
 def _inverse_dynamics(bound: Bound, asked: Joints) -> Results:
-    if any(j not in bound.machine.moving for j in bound.motors):
+    if any(j not in bound.machine.independent for j in bound.motors):
         return _inverse_by_motors(bound, asked)
-    motion = bound.inverse_motion()
-    found = motion.solved(bound.without_tip_angles)
+    motion = inverse_motion(bound)
+    found = motion.dynamics_of(bound.without_tip_angles)
     name_dynamics(bound, found, "[50]-[56]", "[57]-[61]")
     motors = tuple(j for j in asked if j in bound.motors)
-    others = asked if asked == bound.machine.moving else tuple(j for j in asked if j not in bound.motors)
+    others = asked if asked == bound.machine.independent else tuple(j for j in asked if j not in bound.motors)
     needed, passive, udd = motion.forces(found), bound.passive_forces(), motion.accelerations(found)
     tau = tuple(needed[j] - passive[j] for j in motors)
     qdd = tuple(udd[j] for j in others)
@@ -80,7 +77,7 @@ def _inverse_dynamics(bound: Bound, asked: Joints) -> Results:
 def _inverse_by_motors(bound: Bound, asked: Joints) -> Results:
     """Where motors are on dependent joints (L30)."""
     found = inverse_by_motors(bound)
-    everything = asked == bound.machine.moving
+    everything = asked == bound.machine.independent
     motors = bound.motors if everything else tuple(j for j in asked if j in bound.motors)
     others = asked if everything else tuple(j for j in asked if j not in bound.motors)
     tau, qdd = tuple(found.tau[j] for j in motors), tuple(found.udd[j] for j in others)
@@ -88,7 +85,7 @@ def _inverse_by_motors(bound: Bound, asked: Joints) -> Results:
 
 
 def _bias_forces(bound: Bound, asked: Joints) -> Results:
-    found = dynamics(bound.held, bound.rates(), bound.held_rules())
+    found = dynamics(bound.unaccelerated_mechanism, bound.rates(), held_rules(bound))
     name_dynamics(bound, found, "[15]", "[61]")
     Gamma, friction = bound.on_independent(found.Gamma), bound.friction_forces()
     return {"H": forces(found, asked, tuple(Gamma[j] + friction[j] for j in asked))}
@@ -136,14 +133,14 @@ def _friction_forces(bound: Bound, asked: Joints) -> Results:
 
 def _held(bound: Bound, asked: Joints, mechanism: Mechanism, at_rest: bool = False) -> Results:
     rates = [0] * (len(bound.mechanism.links) + 1) if at_rest else bound.rates()
-    found = dynamics(mechanism, rates, bound.still_rules() if at_rest else bound.held_rules())
+    found = dynamics(mechanism, rates, still_rules(bound.machine) if at_rest else held_rules(bound))
     name_dynamics(bound, found, "[15]", "[61]")
     Gamma = bound.on_independent(found.Gamma)
     return {"H": forces(found, asked, tuple(Gamma[j] for j in asked))}
 
 
 def _reaction_wrenches(bound: Bound, asked: Frames) -> Results:
-    found = dynamics(with_loop_forces(bound), bound.rates(), bound.given_rules())
+    found = dynamics(with_loop_forces(bound), bound.rates(), given_rules(bound))
     name_dynamics(bound, found, "[15]", "[61]")
     entries = [x for frame in asked for part in found.f[frame.number] for x in part]
     return {"f": Result(tuple(frame.number for frame in asked), tuple(entries), (6,))}
@@ -158,7 +155,7 @@ def _energy(bound: Bound, _: Joints) -> Results:
     mechanism, rates = bound.mechanism, bound.rates()
     name_twists(bound, velocities(mechanism, rates), frames(mechanism), "V", "[3]")
     elastic: Scalar = 0
-    for j in bound.machine.owners:
+    for j in bound.machine.with_variable:
         elastic = elastic + elastic_energy(*bound.spring(j))
     parts = (kinetic_energy(mechanism, rates), gravity_energy(mechanism, bound.gravity, bound.depth), elastic)
     return {"E": Result(None, parts, (3,))}

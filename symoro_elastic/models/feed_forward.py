@@ -1,4 +1,4 @@
-"""Feed-forward through elastic joints: motor torques for a wanted motion of the outboard side.
+"""Feed-forward through elastic joints: motor torques for a prescribed motion of the outboard side.
 
 This is not the paper's inverse model, which is given what the motors do: here the motion beyond the
 springs is given, with as many derivatives by time as the chain needs. External wrenches count as constant.
@@ -14,17 +14,20 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import islice
 from math import factorial
 
-from symoro_elastic.machine.machine import Kind
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.feed_forward_checks import damping_of, refuse_circle, refuse_high_order, refuse_unfit
 from symoro_elastic.models.load_coordinates import LoadCoordinates, chains, springs_behind
 from symoro_elastic.models.model import CheckedBy, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
-from symoro_elastic.models.spring_loads import balanced
+from symoro_elastic.models.rules import given_rules
+from symoro_elastic.models.tree import Tree
 from symoro_elastic.quantities import COEFFICIENT, HIGHEST_DERIVATIVE, MOTION, quantity
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.differentiation import Differentiation, substitute
+from symoro_elastic.symbolic.expression import Expression, Graph, reachable
+from symoro_elastic.symbolic.functions import sign
 from symoro_elastic.symbolic.operations import COS, NEGATE, SIN, SYMBOL
 from symoro_elastic.symbolic.program import Label, Section
 from symoro_elastic.symbolic.time_series import TimeSeries, VariableCoefficient
@@ -78,24 +81,26 @@ class OverTime:
     `qd` and `tau` need all. The symbols are y_<j>, its derivatives (`motion_symbol`) and those of `deflection_symbol`.
     """
 
+    bound: Bound
     lagging: dict[int, list[Scalar]]
     tau: dict[int, Scalar]
     q: dict[int, Scalar]
     qd: dict[int, Scalar]
 
 
-def over_time(bound: Bound) -> OverTime:
+def over_time(machine: Machine) -> OverTime:
     """Return the feed-forward of a machine whose springs may have damping. Raises `InputError`."""
+    bound = Bound(machine)
     balance = _balance(bound, damped=True)
     solution, q, tau = _solved(bound, balance)
     lagging = {j: [x * factorial(k) for k, x in enumerate(u)] for j, u in solution.undamped.items()}
-    return OverTime(lagging, tau, *({j: x[k] for j, x in q.items()} for k in (0, 1)))
+    return OverTime(bound, lagging, tau, *({j: x[k] for j, x in q.items()} for k in (0, 1)))
 
 
-def left_out(bound: Bound) -> list[str]:
+def left_out_springs(machine: Machine) -> list[str]:
     """Return the springs that are not behind a motor on its axis: no torque makes them follow."""
-    followed = {j for chain in chains(bound) for j in chain.joints}
-    elastic = (bound.machine.joint(j) for j in bound.machine.moving if j not in followed)
+    followed = {j for chain in chains(Tree(machine)) for j in chain.joints}
+    elastic = (machine.joint(j) for j in machine.independent if j not in followed)
     return [joint.name for joint in elastic if joint.kind is Kind.ELASTIC]
 
 
@@ -137,7 +142,7 @@ def _balance(bound: Bound, damped: bool = False) -> Balance:
     found = chains(bound)
     refuse_unfit(bound, found, damped)
     loads = LoadCoordinates(bound, found)
-    motion = dynamics(loads.without_tip_angles, loads.rates(), loads.given_rules())
+    motion = dynamics(loads.without_tip_angles, loads.rates(), given_rules(loads))
     name_dynamics(bound, motion, "[15]", "[61]")
     on_loads = loads.on_independent(motion.Gamma)
     if bound.machine.is_coupled or loads.stiffness_slopes:
@@ -174,7 +179,7 @@ def _forces_of_chains(loads: LoadCoordinates, on_loads: Mapping[int, Scalar]) ->
 def _solution(bound: Bound, balance: Balance) -> Solution:
     """q = q0 - s T / k of each spring [9], and z_before = (z - s q - others) / ratio, each after those that it needs.
 
-    Where k changes with positions, `balanced` solves the law of the spring for q.
+    Where k changes with positions, `deflection_coefficients` solves the law of the spring for q.
     In a tree no two of them need each other: a spring feels what it carries, never its own motor.
     """
     loads = balance.loads
@@ -195,7 +200,7 @@ def _solution(bound: Bound, balance: Balance) -> Solution:
         if behind in loads.stiffness_slopes:
             deflection = bound.graph.symbol(deflection_symbol(behind, 0))
             law = loads.spring_law(behind, deflection)
-            bent = balanced(deflection, law, [-sense * T for T in torque], variables)
+            bent = deflection_coefficients(deflection, law, [-sense * T for T in torque], variables)
             bent[0] = bent[0] + neutral
         else:
             compliance = Fraction(1) / bound.cell(spring.stiffness)
@@ -295,7 +300,7 @@ def _name_series(bound: Bound, series: TimeSeries) -> None:
 
 
 def _angle_name(bound: Bound, x: Scalar, label: Label) -> str:
-    """`sin_y3_0` for the sine of a wanted angle, `sin_y3_motor` for that of a motor; else empty."""
+    """`sin_y3_0` for the sine of a prescribed angle, `sin_y3_motor` for that of a motor; else empty."""
     node = x.operands[0] if isinstance(x, Expression) and x.operation == NEGATE else x
     if not isinstance(node, Expression) or node.operation not in (SIN, COS):
         return ""
@@ -306,7 +311,7 @@ def _angle_name(bound: Bound, x: Scalar, label: Label) -> str:
 
 
 def _name_coordinates(bound: Bound, coordinates: Mapping[int, Sequence[Scalar]], wanted: Mapping[int, int]) -> None:
-    """Name coefficients in time of z_j, z'_j and z''_j; `wanted` tells of which motor z_j is the wanted motion."""
+    """Name coefficients in time of z_j, z'_j and z''_j; `wanted` names the motor whose prescribed motion z_j is."""
     for j, coefficients in coordinates.items():
         motor = (f"y{j}_motor", f"qd{j}", f"qdd{j}") if j in bound.motors else (f"y{j}_link",)
         outboard = [f"y{wanted[j]}_{rate}" for rate in range(3)] if j in wanted else ()
@@ -331,7 +336,7 @@ def _name_results(bound: Bound, q: Mapping[int, Sequence[Scalar]], tau: Mapping[
 FEED_FORWARD = (
     Model(
         "feed_forward",
-        "feed-forward: motor torques for a wanted motion beyond the springs",
+        "feed-forward: motor torques for a desired motion beyond the springs",
         "[9], [15]",
         tuple(row.name for row in MOTION),
         ("tau", "q", "qd"),
@@ -342,3 +347,51 @@ FEED_FORWARD = (
         checked_by=CheckedBy.EQUATIONS_OF_MOTION,
     ),
 )
+
+
+NEWTON_STEPS = 8
+"""Enough where df/dd triples along the deflection, or falls to a quarter."""
+SMALL_STEP = Fraction(1, 2**30)
+"""The step before the last one, against the deflection: the last one then is its square, below rounding."""
+NO_LOAD = Fraction(1, 2**200)
+"""Square of a step that is small without any deflection, m2 or rad2."""
+
+
+def deflection_coefficients(
+    d: Expression, f: Scalar, loads: Sequence[Scalar], variables: Mapping[str, VariableCoefficient]
+) -> list[Scalar]:
+    """Coefficients in time of the symbol d, a deflection, where f(d) has those of `loads`.
+
+    A load c on the coordinate behind a spring of energy k d^2/2 is balanced where f(d) = k d + k' d^2/2 = c, k' being
+    the derivative of k by this coordinate. Newton's method finds d; each further coefficient takes one division by
+    df/dd. Where f is not linear and the steps do not become small there is no value: a division by zero. `variables`
+    are coefficients of the other symbols of f.
+    """
+    name, graph = d.operands[0], d.graph
+    now = {key: coefficient(0) for key, coefficient in variables.items() if graph.symbol(key) in {*reachable([f])}}
+    force, slope = substitute(graph, [f, Differentiation([f]).by(d).of(f)], now)
+    found = [_root(d, force, slope, loads[0])]
+    (rate,) = substitute(graph, [slope], {name: found[0]})
+    for n in range(1, len(loads)):
+        known = [*found, 0]
+        so_far = TimeSeries({**variables, name: known.__getitem__}).of(f, n)[n]
+        found.append((loads[n] - so_far) / rate)
+    return found
+
+
+def _root(d: Expression, force: Scalar, slope: Scalar, load: Scalar) -> Scalar:
+    """d of force(d) = load; one step from zero where it is linear."""
+    is_linear = d not in {*reachable([slope])}
+    found: Scalar = 0
+    steps: list[Scalar] = []
+    for _ in range(1 if is_linear else NEWTON_STEPS):
+        here, rate = substitute(d.graph, [force, slope], {d.operands[0]: found})
+        steps.append((here - load) / rate)
+        found = found - steps[-1]
+    return found if is_linear else found / _one_where_small(d.graph, steps[-2], found)
+
+
+def _one_where_small(graph: Graph, step: Scalar, whole: Scalar) -> Scalar:
+    """One where a step is small against the whole, zero where it is not."""
+    room = SMALL_STEP * SMALL_STEP * (whole * whole) + NO_LOAD - step * step
+    return (1 + sign(graph, room)) * Fraction(1, 2)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Base, Joint, Kind
 from symoro_elastic.mechanics.spatial import is_zero
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.load_coordinates import Chain
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
-from symoro_elastic.scalar import Scalar
 
 
 def damping_of(bound: Bound, j: int) -> Scalar:
@@ -29,7 +29,7 @@ def refuse_unfit(bound: Bound, found: Sequence[Chain], damped: bool) -> None:
         _refuse(bound, "joints", "there is no motor whose torque could be found: make a joint a motor")
     _refuse_loops(bound)
     driven = {j for chain in found for j in chain.joints}
-    for j in machine.moving:
+    for j in machine.independent:
         for cell, what in _faults(bound, j, machine.joint(j), j in driven, damped):
             _refuse(bound, place_of(j, machine.joint(j), cell), what)
 
@@ -71,8 +71,8 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> I
     if not driven:
         yield (
             "kind",
-            "it is elastic and not the one spring behind a motor on its axis: it vibrates by itself, whatever the "
-            "motors do, and the wanted motion has no torques in closed form: lock it in a scene",
+            "it is elastic, but not the single spring behind a motor on its axis: it vibrates by itself, whatever the "
+            "motors do, and the desired motion has no torques in closed form: lock it in a scene",
         )
     linear = (("damping", joint.spring.damping), ("viscous friction", joint.friction.viscous))
     for cell, formula in () if damped else linear:
@@ -80,7 +80,7 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> I
             what = "it makes the deflection of the spring a differential equation, without closed form: make it 0, or "
             yield cell, f"{what}use the command feed-forward, which integrates it"
     if not is_zero(bound.cell(joint.friction.coulomb)):
-        yield "coulomb friction", "it lets the spring stick, so its deflection is not known: make it 0"
+        yield "coulomb friction", "it lets the spring stick, so its deflection is unknown: make it 0"
     if not is_zero(bound.cell(joint.rotor_inertia)):
         yield "rotor_inertia", "an elastic joint has no rotor here: give the inertia to the motor or to a body"
     if not joint.spring.stiffness.names.isdisjoint(bound.machine.variables):
@@ -93,7 +93,7 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> I
 def refuse_high_order(bound: Bound, j: int, order: int) -> NoReturn:
     """Raise `InputError` for a motion that is needed with more derivatives than can be given."""
     given = f"at most {HIGHEST_DERIVATIVE} can be given"
-    what = f"its motion is needed with {order} derivatives, {given}: lock springs in a scene"
+    what = f"{order} derivatives of its motion are needed, {given}: lock springs in a scene"
     _refuse(bound, place_of(j, bound.machine.joint(j)), what)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.mechanics.coordinates import projection
 from symoro_elastic.mechanics.kinematics import (
@@ -26,7 +27,6 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import CheckedBy, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_twists
 from symoro_elastic.quantities import quantity
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.program import Section
 
 EQUATIONS = {"V": "[3]", "Vd": "[6], [7]"}
@@ -72,8 +72,8 @@ def _jacobian(bound: Bound, asked: Frames) -> Results:
         columns = _by_independent(bound, by_joint)
         if not frame.seen_from:
             name_jacobian(bound, columns, _link(bound, frame))
-        entries += [columns[j][k] if j in columns else 0 for k in range(6) for j in bound.machine.moving]
-    return {"J": _of_frames(asked, entries, (6, len(bound.machine.moving)))}
+        entries += [columns[j][k] if j in columns else 0 for k in range(6) for j in bound.machine.independent]
+    return {"J": _of_frames(asked, entries, (6, len(bound.machine.independent)))}
 
 
 def _by_independent(bound: Bound, columns: Mapping[int, Twist]) -> dict[int, tuple[Scalar, ...]]:
@@ -84,7 +84,7 @@ def _by_independent(bound: Bound, columns: Mapping[int, Twist]) -> dict[int, tup
 
 
 def _views(bound: Bound, asked: Frames) -> dict[int, FrameSet]:
-    """All frames as seen from frame 0, named, and from every other that is asked for."""
+    """All frames as seen from frame 0, named, and from every other frame that is requested."""
     seen_from = dict.fromkeys((0, *(_observer(bound, frame) for frame in asked)))
     views = {k: frame_set(bound.mechanism, k) for k in seen_from}
     name_frames(bound, views[0].frames)
@@ -118,18 +118,18 @@ def _of_frames(asked: Frames, entries: list[Scalar], columns: tuple[int, ...]) -
 
 def _observer(bound: Bound, frame: Frame) -> int:
     """The number of the frame that a frame is seen from, frame 0 where none is named."""
-    return bound.met(frame.seen_from or 0)
+    return bound.met_frame(frame.seen_from or 0)
 
 
 def _link(bound: Bound, frame: Frame) -> int:
     """The number of a frame in the mechanism, where points come after the table."""
     if frame.at is None:
-        return bound.met(frame.number)
+        return bound.met_frame(frame.number)
     return len(bound.machine.joints) + 1 + bound.points.index((frame.number, frame.at))
 
 
 def _refuse_without_joints(bound: Bound, model: str) -> None:
-    if not bound.machine.moving:
+    if not bound.machine.independent:
         what = "no joint moves, so no frame has a Jacobian: ask for geometric_model, or free a joint"
         raise bound.machine.error(model, what)
 
@@ -170,17 +170,7 @@ GEOMETRIC = (
         Parts.POINTS,
         on_base=("V0", "V0d"),
     ),
-    Model(
-        "jacobian",
-        "Jacobians of frames",
-        "[3]",
-        ("q",),
-        ("J",),
-        _jacobian,
-        FAMILY,
-        Parts.POINTS,
-        on_base=(),
-    ),
+    Model("jacobian", "Jacobians of frames", "[3]", ("q",), ("J",), _jacobian, FAMILY, Parts.POINTS, on_base=()),
     Model(
         "jacobian_dot_qd",
         "accelerations of frames at zero joint acceleration on a base at rest",

@@ -6,7 +6,7 @@ and external wrenches FX ... CZ. Those that no torque depends on are left out. A
 been grouped gives the base regressor. tau is zero where a joint is elastic or passive.
 
 Rows belong to the independent variables: with couplings and loops Y is S^T Y of the tree's joints in the motion
-S ud, S udd + gam. Springs, dampers and friction act on own variables, friction of coupled joints on these.
+S ud, S udd + gam. Springs, dampers and friction act on joint coordinates, friction of coupled joints on these.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
@@ -32,11 +33,11 @@ from symoro_elastic.mechanics.regressor import (
     parameters_of,
     wrench_columns,
 )
-from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.models.base_parameters import base_grouping
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.rules import given_rules
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, Level
 from symoro_elastic.symbolic.program import Section
@@ -100,7 +101,7 @@ def _wanted(parameters: Sequence[LinearParameter], entries: Sequence[str]) -> di
 def _regressor(bound: Bound, asked: Joints) -> Results:
     refuse_varying_stiffness(bound.machine)
     parameters = linear_parameters(bound)
-    found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
+    found = dynamics(bound.mechanism, bound.rates(), given_rules(bound))
     columns: dict[tuple[int, str], Column] = {}
     for j, entry, column in inertial_columns(bound.mechanism, found, _wanted(parameters, INERTIAL)):
         columns[j, entry] = bound.on_independent(column)
@@ -125,7 +126,7 @@ def _regressor(bound: Bound, asked: Joints) -> Results:
 
 def _of_joint(bound: Bound, j: int, entry: str) -> Column:
     """Forces on the independent variables for a unit of a joint's own parameter."""
-    on_variable = entry != ROTOR and j in bound.machine.owners
+    on_variable = entry != ROTOR and j in bound.machine.with_variable
     rows = bound.coordinates.S_x if on_variable else bound.coordinates.S
     return projection(rows, {j: JOINT_COLUMNS[entry](bound, j)})
 
@@ -199,7 +200,7 @@ JOINT_ENERGIES: dict[str, Callable[[Bound, int], Scalar]] = {
 
 
 def _base_parameters(bound: Bound, _: Joints) -> Results:
-    grouping = grouped(bound.machine)
+    grouping = base_grouping(bound.machine)
     names: dict[str, Scalar] = {"pi": bound.graph.pi}
     names |= {parameter.name: bound.cell(Formula.parse(parameter.name)) for parameter in bound.machine.parameters}
     for name, formula in grouping.composites.items():
@@ -231,14 +232,5 @@ IDENTIFICATION = (
         FAMILY,
         Parts.WHOLE,
     ),
-    Model(
-        "base_parameters",
-        "base inertial parameters",
-        "[13]",
-        (),
-        ("X",),
-        _base_parameters,
-        FAMILY,
-        Parts.WHOLE,
-    ),
+    Model("base_parameters", "base inertial parameters", "[13]", (), ("X",), _base_parameters, FAMILY, Parts.WHOLE),
 )

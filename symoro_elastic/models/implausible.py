@@ -1,4 +1,4 @@
-"""Machines that can be modelled but are hardly meant: motors that do the same, masses that nothing holds.
+"""Machines that can be modelled but are hardly intended: redundant motors, masses that nothing holds.
 
 Decided modulo a large prime at a random position of motors and passive joints, springs at their neutral positions: what
 is said holds at every position and for all values of the parameters. Machines whose joints depend on each other are
@@ -11,27 +11,27 @@ from collections.abc import Iterator
 
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.kinematics import frames, path
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import Axis, Vector, cross
-from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.modular import modulo_prime
+from symoro_elastic.models.tree import Tree
 
 
 def implausible_motions(machine: Machine) -> list[str]:
     """Return warnings, one line each, about motors with the same effect and bodies that nothing holds."""
     if machine.is_coupled:
         return []
-    mechanism = modulo_prime(Bound(_with_still_springs(machine)).mechanism)
+    mechanism = modulo_prime(Tree(_with_still_springs(machine)).mechanism)
     warned = [*_motors_alike(machine, mechanism), *_unsupported(machine, mechanism)]
     return [f"{place_of(j, machine.joint(j))}: {what}" for j, what in sorted(warned)]
 
 
 def _with_still_springs(machine: Machine) -> Machine:
     neutral = {joint.name: joint.spring.neutral for joint in machine.joints if joint.kind is Kind.ELASTIC}
-    return restricted(machine, Scene(locked=neutral))
+    return restrict(machine, Scene(locked=neutral))
 
 
 def _motors_alike(machine: Machine, mechanism: Mechanism) -> Iterator[tuple[int, str]]:
@@ -66,10 +66,10 @@ def _unsupported(machine: Machine, mechanism: Mechanism) -> Iterator[tuple[int, 
     Tables without any motor or spring describe geometry.
     """
     gravity = -mechanism.acceleration.linear
-    if machine.floating or not any(gravity) or not (machine.motors or machine.elastic):
+    if machine.degrees_of_base or not any(gravity) or not (machine.motors or machine.elastic):
         return
     placed = frames(mechanism)
-    for j in machine.moving:
+    for j in machine.independent:
         along = not any(cross(placed[j].z, gravity))
         if along and _slides_freely(machine.joint(j)) and _is_heavy(mechanism, _beyond(mechanism, j)):
             yield j, "nothing holds what it carries: it slides along gravity without motor, spring or friction"

@@ -1,12 +1,12 @@
 """Linear systems of implicit time steps, (I - g T) z = r with T = [0 I; -A^-1 K, -A^-1 D]: factors, and a solution.
 
-K and D are the stiffness and the damping of springs, friction and servos, diagonal over own variables. With
+K and D are the stiffness and the damping of springs, friction and servos, diagonal over joint coordinates. With
 S = g D + g^2 K the system is
 
     (A + S) x = S r_v + g K r_q,    z_v = r_v - x,    z_q = r_q + g z_v:
 
 the direct model at rest, without loads, whose rotor inertias are Ia + S. What depends on q and g only is computed once.
-A floating base has six rows more, before those of the joints, without stiffness and damping.
+A base that moves freely has six rows more, before those of the joints, without stiffness and damping.
 Where joints depend on others, A + S is the matrix over the independent variables, and is factored.
 """
 
@@ -16,12 +16,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.base_body import WrenchKnown
 from symoro_elastic.mechanics.coordinates import product
 from symoro_elastic.mechanics.dynamics import AccelerationKnown, TorqueKnown, dynamics
 from symoro_elastic.mechanics.elimination import Rule
 from symoro_elastic.mechanics.factorization import factorization, share_or_one, solution
-from symoro_elastic.mechanics.floating_base import WrenchKnown
 from symoro_elastic.mechanics.lagrange import free_solution
 from symoro_elastic.mechanics.mechanism import without_loads
 from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, Twist
@@ -29,7 +30,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.model import Model, Result, TracedModel
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.state import position_blocks
 from symoro_elastic.symbolic.expression import operand
 from symoro_elastic.symbolic.program import Input, Output, Section, prune, schedule
 from symoro_elastic.symbolic.two_stages import in_two_stages
@@ -74,12 +75,11 @@ def implicit_system(machine: Machine, motors: Motors, folded: Sequence[str] = ()
 
 def _factors(motors: Motors, bound: Bound) -> Model:
     gains = ("kp", "kd") if motors is Motors.SERVO else ()
-    dependent = ("q_dep",) if bound.takes_dependent else ()
     return Model(
         f"implicit_factors{motors.suffix}",
         "factors of the linear system of an implicit step",
         "[28]-[32]",
-        ("q", *dependent, "qd", "g", *gains),
+        (*position_blocks(bound.machine), "qd", "g", *gains),
         ("factors",),
         _not_in_catalogue,
         FAMILY,
@@ -104,7 +104,7 @@ def _not_in_catalogue(bound: Bound, _: object) -> dict[str, Result]:
 
 @dataclass(frozen=True)
 class _Diagonals:
-    """Stiffness and damping over own variables, and damping of joints without one."""
+    """Stiffness and damping over joint coordinates, and damping of joints without one."""
 
     K: Mapping[int, Scalar]
     D: Mapping[int, Scalar]
@@ -112,17 +112,17 @@ class _Diagonals:
 
 
 class _System:
-    """(A + S) x = S r_v + g K r_q of a bound machine; a floating base, without springs, is before the joints."""
+    """(A + S) x = S r_v + g K r_q of a bound machine; the base, without springs, is before the joints."""
 
     def __init__(self, bound: Bound, motors: Motors) -> None:
         self.bound, self.motors = bound, motors
         self.g = bound.graph.symbol(bound.arguments()["g"][0])
-        on_base = [f"0_{k}" for k in range(1, 7)] if bound.machine.floating else []
+        on_base = [f"0_{k}" for k in range(1, bound.machine.degrees_of_base + 1)]
         self.sides = {
             name: (*(stem + k for k in on_base), *bound.arguments()[name])
             for name, stem in (("r_q", "rhq"), ("r_v", "rhv"))
         }
-        self.rows = (0,) * len(on_base) + bound.machine.moving
+        self.rows = (0,) * len(on_base) + bound.machine.independent
         self.r_q, self.r_v = (self._per_joint(name) for name in ("r_q", "r_v"))
         self.held = frozenset(bound.motors) if motors is Motors.DRIVEN else frozenset()
         self.x, self.x_0 = self._of_matrix() if bound.machine.is_coupled else self._of_recursion()
@@ -131,14 +131,14 @@ class _System:
     def results(self) -> dict[str, Result]:
         """z_v = r_v - x, z_q = r_q + g z_v."""
         r_q, r_v = (list(map(self.bound.graph.symbol, self.sides[name])) for name in ("r_q", "r_v"))
-        x = [*(self.x_0.entries if self.bound.machine.floating else ()), *self.x.values()]
+        x = [*self.x_0.entries[: self.bound.machine.degrees_of_base], *self.x.values()]
         z_v = [r - change for r, change in zip(r_v, x, strict=True)]
         z_q = [r + self.g * z for r, z in zip(r_q, z_v, strict=True)]
         return {"z_q": Result(self.rows, tuple(z_q)), "z_v": Result(self.rows, tuple(z_v))}
 
     def _per_joint(self, argument: str) -> Scalars:
         names = self.bound.arguments()[argument]
-        return dict(zip(self.bound.machine.moving, map(self.bound.graph.symbol, names), strict=True))
+        return dict(zip(self.bound.machine.independent, map(self.bound.graph.symbol, names), strict=True))
 
     def _of_recursion(self) -> tuple[Scalars, Twist]:
         """Joints and base by the direct model [28]-[36] with rotor inertias Ia + S."""
@@ -149,13 +149,13 @@ class _System:
         unloaded = without_loads(bound.mechanism)
         links = tuple(replace(link, rotor_inertia=link.rotor_inertia + S.get(j, 0)) for j, link in unloaded.from_base())
         rules: list[Rule | None] = [None] * (len(links) + 1)
-        for j in bound.machine.moving:
+        for j in bound.machine.independent:
             torque = S[j] * self.r_v[j] + gK[j] * self.r_q[j]
             rules[j] = AccelerationKnown(0) if j in self.held else TorqueKnown(torque)
-        base = WrenchKnown(NO_WRENCH) if bound.machine.floating else None
+        base = WrenchKnown(NO_WRENCH) if bound.machine.degrees_of_base else None
         found = dynamics(replace(unloaded, links=links), [0] * len(rules), rules, base)
         name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
-        return {j: found.qdd[j] for j in bound.machine.moving}, Twist(found.vd[0], found.wd[0])
+        return {j: found.qdd[j] for j in bound.machine.independent}, Twist(found.vd[0], found.wd[0])
 
     def _name(self, gK: Mapping[int, Scalar], S: Mapping[int, Scalar]) -> None:
         section = Section("Implicit step: springs, dampers and servos as rotor inertias")
@@ -166,7 +166,7 @@ class _System:
     def _of_matrix(self) -> tuple[Scalars, Twist]:
         """The same by factors of A + S over the independent variables."""
         bound, g = self.bound, self.g
-        free = [j for j in bound.machine.moving if j not in self.held]
+        free = [j for j in bound.machine.independent if j not in self.held]
         K, D = self._matrices(free)
         found = coordinate_inertia(bound)
         S = {i: {j: g * (D[i][j] + g * K[i][j]) for j in free} for i in free}
@@ -175,12 +175,12 @@ class _System:
         right = {i: product(S[i], self.r_v) + g * product(K[i], self.r_q) for i in free}
         x, x_0 = (
             free_solution(factors, found, NO_WRENCH, right)[::-1]
-            if bound.machine.floating
+            if bound.machine.degrees_of_base
             else (solution(factors, right), AT_REST)
         )
         name_composites(bound, found)
         name_factors(bound, factors, right, x)
-        return dict.fromkeys(bound.machine.moving, 0) | x, x_0
+        return dict.fromkeys(bound.machine.independent, 0) | x, x_0
 
     def _matrices(self, free: Sequence[int]) -> tuple[dict[int, Scalars], dict[int, Scalars]]:
         """K and D over the independent variables: S^T K S of those over own ones."""
@@ -203,7 +203,7 @@ class _System:
 
     def _diagonals(self) -> _Diagonals:
         bound = self.bound
-        owners = bound.machine.owners
+        owners = bound.machine.with_variable
         K = {j: bound.spring(j)[0] for j in owners}
         D = {j: bound.cell(bound.machine.joint(j).spring.damping) + bound.friction_slope(j) for j in owners}
         coupled = {j: bound.friction_slope(j) for j in bound.machine.articulated if j not in owners}

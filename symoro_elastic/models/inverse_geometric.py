@@ -12,26 +12,26 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, NamedTuple
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.mechanics.coordinates import Rows
 from symoro_elastic.mechanics.inverse_geometry.decompositions import Chain
 from symoro_elastic.mechanics.inverse_geometry.equation_types import STILL, Functions, NoClosedForm, Pose
-from symoro_elastic.mechanics.inverse_geometry.model import (
+from symoro_elastic.mechanics.inverse_geometry.points import Mover
+from symoro_elastic.mechanics.inverse_geometry.serial_chain import (
     Branch,
     inverse_geometric_model,
     inverse_position_model,
     where_followed,
 )
-from symoro_elastic.mechanics.inverse_geometry.points import Mover
 from symoro_elastic.mechanics.spatial import AxialTransform, Axis, Matrix, Vector, X, Z
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.chain_joints import InverseRefused, at_zero, rows_of_chain, variables_followed
 from symoro_elastic.models.model import Frame, Frames, Model, Result, Results
 from symoro_elastic.models.modular import SEED
 from symoro_elastic.quantities import Quantity, quantity
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, is_constant, operand
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
@@ -125,17 +125,19 @@ def _angle(motion: AxialTransform) -> Scalar:
 
 
 def _frame(bound: Bound, asked: Frames) -> Frame:
-    """The frame to be placed: the one that is asked for, or the last one."""
+    """The frame to be placed: the requested one, or the last one."""
     if len(asked) == 1:
-        return replace(asked[0], number=bound.met(asked[0].number), seen_from=bound.met(asked[0].seen_from or 0))
+        return replace(
+            asked[0], number=bound.met_frame(asked[0].number), seen_from=bound.met_frame(asked[0].seen_from or 0)
+        )
     if len(asked) < len(bound.machine.joints):
         raise InverseRefused(bound.machine, 0, "ask for one frame to be placed, not for several")
-    return Frame(bound.met(len(bound.machine.joints)))
+    return Frame(bound.met_frame(len(bound.machine.joints)))
 
 
 def _some_joints(machine: Machine, variables: tuple[int, ...]) -> tuple[str, ...]:
     """Names of the joints that own variables; none where they are all that move."""
-    return () if variables == machine.moving else tuple(machine.joint(j).name for j in variables)
+    return () if variables == machine.independent else tuple(machine.joint(j).name for j in variables)
 
 
 def _path(machine: Machine, frame: Frame) -> list[int]:
@@ -203,13 +205,7 @@ def _functions(bound: Bound) -> Functions:
         angle = arc_tangent(bound.graph, y, x)
         return angle, *cosine_sine(bound.graph, angle)
 
-    return Functions(
-        lambda x: square_root(bound.graph, x),
-        turn,
-        lambda x: sign(bound.graph, x),
-        is_zero,
-        is_constant,
-    )
+    return Functions(lambda x: square_root(bound.graph, x), turn, lambda x: sign(bound.graph, x), is_zero, is_constant)
 
 
 # Refusals

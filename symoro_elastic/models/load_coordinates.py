@@ -13,23 +13,23 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
-from symoro_elastic.machine.constants import substituted
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.constants import substitute
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.mechanics.feed_forward import Drive, mounted_in_parallel, sense
-from symoro_elastic.mechanics.mechanism import Link, Mechanism
+from symoro_elastic.mechanics.mechanism import Link
 from symoro_elastic.mechanics.spatial import AxialTransform, Z, is_zero
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.coordinates import Coupling
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.tree import Coupling, Tree
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
 from symoro_elastic.symbolic.differentiation import Differentiation
-from symoro_elastic.symbolic.differentiation import substituted as in_place_of_symbols
+from symoro_elastic.symbolic.differentiation import substitute as in_place_of_symbols
 from symoro_elastic.symbolic.expression import Expression, is_constant
 from symoro_elastic.symbolic.functions import cosine_sine
 
@@ -72,12 +72,12 @@ class Chain:
         yield Drive(tuple(joints), tuple(senses))
 
 
-def chains(bound: Bound) -> list[Chain]:
+def chains(tree: Tree) -> list[Chain]:
     """Every motor with the springs behind it, as long as there is one spring behind the last and no more.
 
     All chains grow together: a spring belongs to the motor that it is nearest to, and to none where two are as near.
     """
-    growing = [_Growing(bound, motor) for motor in bound.motors if motor in bound.machine.moving]
+    growing = [_Growing(tree, motor) for motor in tree.motors if motor in tree.machine.independent]
     taken: set[int] = set()
     while any(one.grows for one in growing):
         found = {one.motor: one.behind(taken) for one in growing if one.grows}
@@ -91,10 +91,10 @@ def chains(bound: Bound) -> list[Chain]:
 class _Growing:
     """A chain that grows from a motor, with dz/dx of its last joint by the variables of the chain."""
 
-    def __init__(self, bound: Bound, motor: int) -> None:
-        self.bound, self.motor = bound, motor
-        self.elastic = [j for j in bound.machine.moving if bound.machine.joint(j).kind is not Kind.MOTOR]
-        self.couplings = bound.coordinates.couplings
+    def __init__(self, tree: Tree, motor: int) -> None:
+        self.tree, self.motor = tree, motor
+        self.elastic = [j for j in tree.machine.independent if tree.machine.joint(j).kind is not Kind.MOTOR]
+        self.couplings = tree.couplings
         self.slopes: dict[int, Scalar] = {motor: 1}
         self.senses = {motor: 1}
         self.stages: list[Stage] = []
@@ -111,8 +111,8 @@ class _Growing:
     def behind(self, taken: Collection[int]) -> list[Stage]:
         """Springs behind the last joint, but those that follow one of them."""
         found = [stage for j in self.elastic if j not in taken and (stage := self._stage(j))]
-        near = {str(self.bound.machine.joint(stage.joint).variable) for stage in found}
-        return [s for s in found if near.isdisjoint(self.bound.machine.joint(s.joint).selected.names)]
+        near = {str(self.tree.machine.joint(stage.joint).variable) for stage in found}
+        return [s for s in found if near.isdisjoint(self.tree.machine.joint(s.joint).selected.names)]
 
     def _stage(self, j: int) -> Stage | None:
         last = self.stages[-1].joint if self.stages else self.motor
@@ -120,7 +120,7 @@ class _Growing:
             return self._transmission(last, j)
         if not self.stages and last in self.couplings:
             return None
-        found = sense(self.bound.mechanism, last, j)
+        found = sense(self.tree.mechanism, last, j)
         return Stage(j, last, found * self.senses[last]) if found else None
 
     def _transmission(self, last: int, j: int) -> Stage | None:
@@ -128,24 +128,24 @@ class _Growing:
         follows = self.couplings[j].partials
         ratio = self.senses[last] * follows.get(last, 0)
         of_chain = [*(follows.get(v, 0) - ratio * x for v, x in self.slopes.items())]
-        if is_zero(ratio) or not all(_vanishes(self.bound, x) for x in of_chain) or not is_constant(ratio):
+        if is_zero(ratio) or not all(_vanishes(self.tree, x) for x in of_chain) or not is_constant(ratio):
             return None
-        names = {str(self.bound.machine.joint(v).variable): ZERO for v in self.slopes}
-        return Stage(j, last, 1, ratio, substituted(self.bound.machine.joint(j).selected, names))
+        names = {str(self.tree.machine.joint(v).variable): ZERO for v in self.slopes}
+        return Stage(j, last, 1, ratio, substitute(self.tree.machine.joint(j).selected, names))
 
 
-def _vanishes(bound: Bound, x: Scalar) -> bool:
+def _vanishes(tree: Tree, x: Scalar) -> bool:
     """Whether a coefficient is zero at any values of the parameters."""
     if is_zero(x) or not is_constant(x):
         return is_zero(x)
     source = random.Random(SEED)
-    values = {p.name: source.uniform(0.5, 1.5) for p in bound.machine.parameters}
+    values = {p.name: source.uniform(0.5, 1.5) for p in tree.machine.parameters}
     return abs(evaluate([x], values, FLOATS)(x)) <= ROUNDING
 
 
 @dataclass(frozen=True)
 class Linear(Coupling):
-    """A linear formula of own variables: only those with coefficients that do not cancel."""
+    """A linear formula of joint coordinates: only those with coefficients that do not cancel."""
 
     bound: Bound
     constant: Scalar
@@ -161,7 +161,7 @@ class Linear(Coupling):
 
     @property
     def partials(self) -> dict[int, Scalar]:
-        """Derivatives by own variables, by number of the joint."""
+        """Derivatives by joint coordinates, by number of the joint."""
         return dict(self.slopes)
 
     def second(self, rates: Mapping[int, Scalar]) -> Scalar:
@@ -169,39 +169,97 @@ class Linear(Coupling):
         return 0
 
 
+class LoadVariables:
+    """Joint coordinates of the chains over their load coordinates; sense times z has the name of the variable."""
+
+    def __init__(self, table: Machine, chains: Sequence[Chain]) -> None:
+        self.table, self.chains = table, tuple(chains)
+        self.stages = {stage.joint: stage for chain in chains for stage in chain.stages}
+        self.senses = dict.fromkeys(table.independent, 1) | {j: stage.sense for j, stage in self.stages.items()}
+
+    def machine(self) -> Machine:
+        """The machine in these coordinates: springs behind transmissions are at theirs, others follow."""
+        first = {j: run.joints[0] for chain in self.chains for run in chain.runs for j in run.joints}
+        joints = [_with_cell(joint, self._cell(j)) for j, joint in enumerate(self.table.joints, start=1)]
+        for j, head in first.items():
+            joints[j - 1] = replace(joints[j - 1], antecedent=self.table.joint(head).antecedent)
+        return replace(self.table, joints=tuple(joints))
+
+    def name(self, j: int) -> str:
+        """The variable of joint j, which also names its load coordinate."""
+        return str(self.table.joint(j).variable)
+
+    @cached_property
+    def formulas(self) -> dict[str, Formula]:
+        """Joint coordinates of the springs of chains as formulas of the load coordinates, by name."""
+        found: dict[str, Formula] = {}
+        for j in self.stages:
+            self._add(j, found)
+        return found
+
+    def _cell(self, j: int) -> Formula:
+        if j in self.stages and self.stages[j].others is not None:
+            return ZERO
+        return substitute(self.table.joint(j).selected, self.formulas)
+
+    def _add(self, j: int, found: dict[str, Formula]) -> None:
+        name, stage = self.name(j), self.stages[j]
+        if name in found:
+            return
+        others = ZERO if stage.others is None else stage.others
+        for other in self.stages:
+            if self.name(other) in others.names:
+                self._add(other, found)
+        followed = self._ratio_times(j, stage)
+        text = f"({self._coordinate(j)}) - ({followed}) - ({substitute(others, found)})"
+        found[name] = Formula.parse(text if stage.sense > 0 else f"-({text})")
+
+    def _ratio_times(self, j: int, stage: Stage) -> Formula:
+        """ratio z_before: what the cell is where the chain before it has its coordinate, less what it is at zero."""
+        before = self._coordinate(stage.before)
+        if stage.others is None:
+            return Formula.parse(before)
+        chain = next(chain.joints for chain in self.chains if j in chain.joints)
+        zero = {self.name(v): ZERO for v in chain}
+        cell = self.table.joint(j).selected
+        last = {**zero, self.name(stage.before): Formula.parse(f"{self.senses[stage.before]}*({before})")}
+        return Formula.parse(f"({substitute(cell, last)}) - ({substitute(cell, zero)})")
+
+    def _coordinate(self, j: int) -> str:
+        """z_j, as a formula of the variable that stands for sense times z."""
+        return self.name(j) if self.senses[j] > 0 else f"-({self.name(j)})"
+
+
 class LoadCoordinates(Bound):
-    """A bound machine whose own variables are those of its chains: sense times z, in the same symbols."""
+    """A machine bound in the coordinates of its loads, beside the same machine bound to its joint coordinates.
+
+    Formulas are over coordinates, and what cancels in those that are linear is left out.
+    """
 
     def __init__(self, bound: Bound, found: list[Chain]) -> None:
-        vars(self).update(vars(bound))
-        for kept in ("without_tip_angles", "_met"):
-            vars(self).pop(kept, None)
-        self.chains = found
-        self.senses = dict.fromkeys(bound.machine.moving, 1) | {
-            stage.joint: stage.sense for chain in found for stage in chain.stages
-        }
-        self.stages = {stage.joint: stage for chain in found for stage in chain.stages}
-        self._table = bound.machine
-        self._mounted = self._on_axes(bound)
-        self.machine = _in_load_coordinates(self)
-        self.close_loops()
-        self.coordinates.couplings = {
-            j: self._coupling(self.machine.joint(j).selected) for j in self.coordinates.couplings
-        }
+        self.table, self.of_load = bound.machine, LoadVariables(bound.machine, found)
+        self.chains, self.stages, self.senses = found, self.of_load.stages, self.of_load.senses
+        super().__init__(self.of_load.machine(), beside=bound, mounted=_on_axes(bound, found))
 
-    def _on_axes(self, bound: Bound) -> dict[int, Link]:
-        """Links of springs on the axis of the joint before, mounted beside it."""
-        runs = [run for chain in self.chains for run in chain.runs]
-        held = {j: self._held(j) for run in runs for j in run.joints}
-        mounted = mounted_in_parallel(bound.mechanism, runs, held)
-        return {j: mounted.link(j) for run in runs for j in run.joints[1:]}
+    def offset(self, j: int) -> Scalar:
+        """What the cell of a joint adds to its own coordinate."""
+        return self.coupling(self.machine.joint(j).selected).value
 
-    def _held(self, j: int) -> AxialTransform:
-        """The last screw of joint j at zero of its coordinate."""
-        joint = self._table.joint(j)
-        follows = j in self.stages and self.stages[j].others is not None
-        theta, r = (0 if follows and joint.sigma == k else self.cell(x) for k, x in enumerate((joint.theta, joint.r)))
-        return AxialTransform(Z, *cosine_sine(self.graph, theta), r)
+    def coupling(self, formula: Formula) -> Coupling:
+        """A formula of coordinates; what cancels in it is left out where it is linear."""
+        found = super().coupling(formula)
+        if not all(map(is_constant, found.partials.values())):
+            return found
+        at_zero = self.cell(
+            formula, self.values_by_name(dict.fromkeys(formula.names & self.machine.variables.keys(), 0))
+        )
+        return Linear(self, at_zero, {v: x for v, x in found.partials.items() if not _vanishes(self, x)})
+
+    @cached_property
+    def others(self) -> dict[int, Coupling]:
+        """What the springs behind transmissions follow beside their chain, by their joint."""
+        formulas = {j: stage.others for j, stage in self.stages.items() if stage.others is not None}
+        return {j: self.coupling(substitute(x, self.of_load.formulas)) for j, x in formulas.items()}
 
     def lost_forces(self) -> dict[int, Scalar]:
         """Friction, dampers and springs of joints that follow others, and changes of stiffness, on the coordinates.
@@ -226,24 +284,26 @@ class LoadCoordinates(Bound):
 
     def spring(self, j: int) -> tuple[Scalar, Scalar]:
         """Stiffness of joint j and deflection of its spring; zero for joints without."""
-        joint = self._table.joint(j)
+        joint = self.table.joint(j)
         if joint.kind is not Kind.ELASTIC:
             return 0, 0
         return self._stiffness(j, self._own(j)), self._own(j) - self.cell(joint.spring.neutral)
 
     def _own(self, j: int) -> Scalar:
         """Own variable of joint j."""
-        return self._coupling(self.own_variables[self._name(j)]).value if j in self.stages else self.variables[j]
+        return (
+            self.coupling(self.of_load.formulas[self.of_load.name(j)]).value if j in self.stages else self.variables[j]
+        )
 
     def _stiffness(self, j: int, own: Scalar) -> Scalar:
-        """Stiffness of joint j at its own variable, over the coordinates, without those that cancel in it."""
-        formula = self._table.joint(j).spring.stiffness
-        names = formula.names & self._table.variables.keys()
+        """Stiffness of joint j at its joint coordinate, over the coordinates, without those that cancel in it."""
+        formula = self.table.joint(j).spring.stiffness
+        names = formula.names & self.table.variables.keys()
         if not names:
             return self.cell(formula)
-        of_own = self.cell(formula, self.named({name: self.graph.symbol(name) for name in names}))
-        values = {name: self._own(self._table.variables[name]) for name in names}
-        found = self._with(of_own, values | ({self._name(j): own} if self._name(j) in names else {}))
+        of_own = self.cell(formula, self.values_by_name({name: self.graph.symbol(name) for name in names}))
+        values = {name: self._own(self.table.variables[name]) for name in names}
+        found = self._with(of_own, values | ({self.of_load.name(j): own} if self.of_load.name(j) in names else {}))
         slopes = {x.operands[0]: _slope(found, x) for x in self.q.values()}
         value = ModularAngles(SEED).values(slopes.values())
         return self._with(found, {name: 0 for name, x in slopes.items() if not value(x)})
@@ -254,100 +314,38 @@ class LoadCoordinates(Bound):
     @cached_property
     def stiffness_slopes(self) -> dict[int, dict[int, Scalar]]:
         """Derivatives of stiffnesses that change with positions, by joint and coordinate."""
-        cells = {j: self._table.joint(j).spring.stiffness for j in self.machine.elastic}
-        varying = {j: self.spring(j)[0] for j, x in cells.items() if not x.names.isdisjoint(self._table.variables)}
+        cells = {j: self.table.joint(j).spring.stiffness for j in self.machine.elastic}
+        varying = {j: self.spring(j)[0] for j, x in cells.items() if not x.names.isdisjoint(self.table.variables)}
         slopes = {j: {k: _slope(stiffness, x) for k, x in self.q.items()} for j, stiffness in varying.items()}
         return {j: {k: x for k, x in row.items() if not is_zero(x)} for j, row in slopes.items()}
 
     def spring_law(self, j: int, deflection: Expression) -> Scalar:
         """Force against the variable of spring j at a deflection, which the coordinate before the spring follows."""
         stage, coordinate = self.stages[j], self.q[j]
-        own = deflection + self.cell(self._table.joint(j).spring.neutral)
+        own = deflection + self.cell(self.table.joint(j).spring.neutral)
         stiffness = self._stiffness(j, own)
         change = Differentiation([stiffness]).along({deflection: 1, coordinate: 1}).of(stiffness)
         beside = self.others[j].value if j in self.others else 0
         before = (stage.sense * (coordinate - own) - beside) / stage.ratio
         force = stiffness * deflection + change * deflection * deflection / 2
-        return self._with(force, {self._name(stage.before): self.senses[stage.before] * before})
-
-    def _mechanism(self) -> Mechanism:
-        found = super()._mechanism()
-        links = tuple(self._mounted.get(j, link) for j, link in enumerate(found.links, start=1))
-        return replace(found, links=links)
-
-    def offset(self, j: int) -> Scalar:
-        """What the cell of a joint adds to its own coordinate."""
-        return self._coupling(self.machine.joint(j).selected).value
-
-    def _coupling(self, formula: Formula) -> Coupling:
-        """A formula of coordinates; what cancels in it is left out where it is linear."""
-        found = Coupling(self, formula)
-        if not all(map(is_constant, found.partials.values())):
-            return found
-        at_zero = self.cell(formula, self.named(dict.fromkeys(formula.names & self.machine.variables.keys(), 0)))
-        return Linear(self, at_zero, {v: x for v, x in found.partials.items() if not _vanishes(self, x)})
-
-    @cached_property
-    def others(self) -> dict[int, Coupling]:
-        """What the springs behind transmissions follow beside their chain, by their joint."""
-        formulas = {j: stage.others for j, stage in self.stages.items() if stage.others is not None}
-        return {j: self._coupling(substituted(x, self.own_variables)) for j, x in formulas.items()}
-
-    @cached_property
-    def own_variables(self) -> dict[str, Formula]:
-        """Own variables of the springs of chains as formulas of the coordinates, by name."""
-        found: dict[str, Formula] = {}
-        for j in self.stages:
-            self._add_own(j, found)
-        return found
-
-    def _add_own(self, j: int, found: dict[str, Formula]) -> None:
-        name, stage = self._name(j), self.stages[j]
-        if name in found:
-            return
-        others = ZERO if stage.others is None else stage.others
-        for other in self.stages:
-            if self._name(other) in others.names:
-                self._add_own(other, found)
-        followed = self._ratio_times(j, stage)
-        text = f"({self._coordinate(j)}) - ({followed}) - ({substituted(others, found)})"
-        found[name] = Formula.parse(text if stage.sense > 0 else f"-({text})")
-
-    def _ratio_times(self, j: int, stage: Stage) -> Formula:
-        """ratio z_before: what the cell is where the chain before it has its coordinate, less what it is at zero."""
-        before = self._coordinate(stage.before)
-        if stage.others is None:
-            return Formula.parse(before)
-        zero = {self._name(v): ZERO for v in self._chain_of(j)}
-        cell = self._table.joint(j).selected
-        last = {**zero, self._name(stage.before): Formula.parse(f"{self.senses[stage.before]}*({before})")}
-        return Formula.parse(f"({substituted(cell, last)}) - ({substituted(cell, zero)})")
-
-    def _chain_of(self, j: int) -> tuple[int, ...]:
-        return next(chain.joints for chain in self.chains if j in chain.joints)
-
-    def _coordinate(self, j: int) -> str:
-        """z_j, as a formula of the variable that stands for sense times z."""
-        return self._name(j) if self.senses[j] > 0 else f"-({self._name(j)})"
-
-    def _name(self, j: int) -> str:
-        return str(self._table.joint(j).variable)
+        return self._with(force, {self.of_load.name(stage.before): self.senses[stage.before] * before})
 
 
-def _in_load_coordinates(bound: LoadCoordinates) -> Machine:
-    """The table in coordinates of loads: springs behind transmissions are at theirs, others follow."""
-    table = bound.machine
-    first = {j: run.joints[0] for chain in bound.chains for run in chain.runs for j in run.joints}
-    joints = [_with_cell(joint, _cell(bound, j)) for j, joint in enumerate(table.joints, start=1)]
-    for j, head in first.items():
-        joints[j - 1] = replace(joints[j - 1], antecedent=table.joint(head).antecedent)
-    return replace(table, joints=tuple(joints))
+def _on_axes(bound: Bound, chains: Sequence[Chain]) -> dict[int, Link]:
+    """Links of springs on the axis of the joint before, mounted beside it."""
+    stages = {stage.joint: stage for chain in chains for stage in chain.stages}
+    runs = [run for chain in chains for run in chain.runs]
+    at_zero = {j: _at_zero(bound, j, stages.get(j)) for run in runs for j in run.joints}
+    mounted = mounted_in_parallel(bound.mechanism, runs, at_zero)
+    return {j: mounted.link(j) for run in runs for j in run.joints[1:]}
 
 
-def _cell(bound: LoadCoordinates, j: int) -> Formula:
-    if j in bound.stages and bound.stages[j].others is not None:
-        return ZERO
-    return substituted(bound.machine.joint(j).selected, bound.own_variables)
+def _at_zero(bound: Bound, j: int, stage: Stage | None) -> AxialTransform:
+    """The last screw of joint j at zero of its coordinate."""
+    joint = bound.machine.joint(j)
+    follows = stage is not None and stage.others is not None
+    theta, r = (0 if follows and joint.sigma == k else bound.cell(x) for k, x in enumerate((joint.theta, joint.r)))
+    return AxialTransform(Z, *cosine_sine(bound.graph, theta), r)
 
 
 def _with_cell(joint: Joint, cell: Formula) -> Joint:
@@ -359,7 +357,7 @@ def _slope(x: Scalar, variable: Expression) -> Scalar:
 
 
 def load_positions(bound: Bound, found: list[Chain]) -> dict[int, Scalar]:
-    """Coordinates z of the last joints of chains over own variables, by motor."""
+    """Coordinates z of the last joints of chains over joint coordinates, by motor."""
     positions: dict[int, Scalar] = {}
     for chain in found:
         z: Scalar = bound.variables[chain.motor]

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts, Point
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.cells import Points
 from symoro_elastic.quantities import Quantity, quantity
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.program import Program
 
 Joints = tuple[int, ...]
@@ -20,7 +20,7 @@ Joints = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame that is asked for, the frame it is seen from where a scene names one (0 is the base).
+    """A requested frame, and the frame it is seen from where a scene names one (0 is the base).
 
     `at` moves its origin to a point of its body: coordinates in the frame's own axes, m.
     """
@@ -32,9 +32,9 @@ class Frame:
 
 Frames = tuple[Frame, ...]
 ORIENTATION, KNOWN = "orientation", "known"
-"""Stand for the arguments of a floating base that a file chooses: R0 or Q0, V0d or f0."""
+"""Stand for the arguments of the base that a file chooses: R0 or Q0, V0d or f0."""
 MOVING = (ORIENTATION, "V0", KNOWN)
-"""What dynamic models take of a floating base."""
+"""What dynamic models take of a base that moves freely."""
 
 
 class Pivots(Enum):
@@ -100,7 +100,7 @@ class Model:
     columns: tuple[str, ...] = ()
     """Arguments that derivatives are taken by."""
     on_base: tuple[str, ...] | None = None
-    """Arguments that a floating base adds; None where the model is not offered on one."""
+    """Arguments that a base that moves freely adds; None where the model is not offered on one."""
     pivots: Pivots | None = None
     """Joints by whose inertia it divides."""
     least_bits: int = 0

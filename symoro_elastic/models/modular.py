@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.symbolic.arithmetic import ModularAngles
 
@@ -12,6 +10,4 @@ SEED = 20260
 
 def modulo_prime(mechanism: Mechanism, angles: ModularAngles | None = None) -> Mechanism:
     """Return a mechanism of expressions as one of residues; `angles` holds values of other expressions too."""
-    leaves: list[Any] = []
-    mechanism.map(lambda x: leaves.append(x) or x)  # type: ignore[func-returns-value]
-    return mechanism.map((angles or ModularAngles(SEED)).values(leaves))
+    return mechanism.map((angles or ModularAngles(SEED)).values(mechanism.scalars()))

@@ -9,6 +9,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.implicit_steps import FAMILY
 from symoro_elastic.models.model import Model, Result, Results, TracedModel
 from symoro_elastic.models.naming import name_geometry
+from symoro_elastic.models.state import position_blocks
 from symoro_elastic.models.tracing import Trace, prune, schedule
 from symoro_elastic.symbolic.program import Input, Section
 
@@ -17,7 +18,7 @@ MOTOR_COORDINATES = "motor_coordinates"
 
 def dependent_motors(machine: Machine) -> tuple[int, ...]:
     """Return the numbers of the motors whose variables follow from loops."""
-    return tuple(j for j in machine.motors if j not in machine.moving)
+    return tuple(j for j in machine.motors if j not in machine.independent)
 
 
 def motor_coordinates(machine: Machine, folded: Sequence[str] = ()) -> TracedModel:
@@ -26,12 +27,11 @@ def motor_coordinates(machine: Machine, folded: Sequence[str] = ()) -> TracedMod
     if bound.loops:
         name_geometry(bound, lambda j: Section("Geometry", j, "[1]"))
     results = _results(bound)
-    dependent = ("q_dep",) if bound.takes_dependent else ()
     model = Model(
         MOTOR_COORDINATES,
         "positions and velocities of the motors",
         "(L1), (L2)",
-        ("q", *dependent, "qd"),
+        (*position_blocks(machine), "qd"),
         tuple(results),
         lambda other, _: _results(other),
         FAMILY,

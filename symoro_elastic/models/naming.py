@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from symoro_elastic.mechanics.clusters import Eliminated
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.mechanics.base_body import Solution
+from symoro_elastic.mechanics.clusters import ClusterElimination
 from symoro_elastic.mechanics.dynamics import Dynamics
 from symoro_elastic.mechanics.factorization import Factorization
-from symoro_elastic.mechanics.floating_base import Solution
 from symoro_elastic.mechanics.kinematics import Frame
 from symoro_elastic.mechanics.lagrange import InertiaMatrix
 from symoro_elastic.mechanics.spatial import (
@@ -22,7 +23,6 @@ from symoro_elastic.mechanics.spatial import (
     Vector,
 )
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.operations import COS, SIGN, SIN, SYMBOL
 from symoro_elastic.symbolic.program import Names, Section
@@ -93,7 +93,7 @@ def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: 
     _name_forward(bound, found)
     for j, _ in bound.mechanism.from_tips():
         _name_backward(bound.names, found, j, Section(BACKWARD, j, backward_equations))
-    if bound.machine.floating:
+    if bound.machine.degrees_of_base:
         _name_base(bound.names, found, Section(BACKWARD, 0, backward_equations), Section(FORWARD_2, 0, last))
     for j, _ in bound.mechanism.from_base():
         here = Section(FORWARD_2, j, last)
@@ -106,7 +106,7 @@ def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: 
 
 
 def _name_base(names: Names, found: Dynamics, backward: Section, forward: Section) -> None:
-    """Name the quantities of a floating base."""
+    """Name the quantities of the base."""
     if 0 in found.Js:
         _name_inertia(names, found.Js[0], "Js0", backward)
         _name_six(names, found.betas[0], "bs0", backward)
@@ -190,7 +190,7 @@ def _name_backward(names: Names, found: Dynamics, j: int, section: Section) -> N
     _name_six(names, eliminated.alpha, f"al{j}", section)
 
 
-def _name_cluster(names: Names, reduced: Eliminated, first: int, section: Section) -> None:
+def _name_cluster(names: Names, reduced: ClusterElimination, first: int, section: Section) -> None:
     """Name the pivots of a cluster by coordinate, and what it hands on by its first joint."""
     for k, pivot in reduced.factors.pivots.items():
         names.give(pivot, f"H{k}", section)

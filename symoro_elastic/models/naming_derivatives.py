@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from symoro_elastic.mechanics.base_body import DEGREES
 from symoro_elastic.mechanics.derivatives.torques import Composite, Entries, TorqueDerivatives
-from symoro_elastic.mechanics.floating_base import DEGREES
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.naming import AXES, name_composite
 from symoro_elastic.symbolic.differentiation import Tangents
@@ -14,7 +14,7 @@ from symoro_elastic.symbolic.program import Names, Section
 COMPOSITES = "Backward recursion: composite bodies"
 TORQUES = "Derivatives of torques"
 ACCELERATIONS = "Derivatives of accelerations"
-QUANTITIES = {"dqdd_dtau": "qddt", "dqdd_dq": "qddq", "dqdd_dqd": "qddv"}
+BY_ARGUMENT = {"tau": "qddt", "q": "qddq", "qd": "qddv"}
 BY = "by_"
 
 
@@ -54,10 +54,10 @@ def _name_row_and_column(names: Names, made: TorqueDerivatives, j: int, section:
                 names.give(x, f"{quantity}{j}_{k}_{i}", section)
 
 
-def name_acceleration_derivatives(bound: Bound, found: Mapping[str, Entries]) -> None:
+def name_acceleration_derivatives(bound: Bound, found: Mapping[tuple[str, str], Entries]) -> None:
     """Name the entries of derivatives of accelerations: `qddq3_2` is that of joint 3 by q_2."""
-    for name, quantity in QUANTITIES.items():
-        for (i, j), x in found.get(name, {}).items():
+    for argument, quantity in BY_ARGUMENT.items():
+        for (i, j), x in found.get(("qdd", argument), {}).items():
             bound.names.give(x, f"{quantity}{i}_{j}", Section(ACCELERATIONS, j, "[8]"))
 
 

@@ -13,9 +13,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-def once_for_each_machine(
-    function: Callable[Concatenate[Machine, P], T],
-) -> Callable[Concatenate[Machine, P], T]:
+def once_for_each_machine(function: Callable[Concatenate[Machine, P], T]) -> Callable[Concatenate[Machine, P], T]:
     """A function that gives a machine, the same object, the same result; its other arguments never change it."""
     known: dict[int, tuple[weakref.ref[Machine], T]] = {}
 

@@ -7,15 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.mechanism import Mechanism, Parallel
 from symoro_elastic.mechanics.spatial import AxialTransform, Axis, Z, is_zero
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.tree import Tree
 from symoro_elastic.symbolic.functions import QUARTERS, turns_of
-
-if TYPE_CHECKING:
-    from symoro_elastic.models.bind import Bound
 
 
 @dataclass(frozen=True)
@@ -30,12 +28,12 @@ class Orientation:
 BASE = Orientation((), frozenset(), Fraction(0))
 
 
-def with_parallel_links(bound: Bound, mechanism: Mechanism) -> Mechanism:
+def with_parallel_links(tree: Tree, mechanism: Mechanism) -> Mechanism:
     """The mechanism with the parallel link, of a smaller number, of each link on a turning joint that has one."""
     oriented: list[Orientation | None] = [BASE]
     links = list(mechanism.links)
-    for j in range(1, len(bound.machine.joints) + 1):
-        oriented.append(here := _orientation(bound, j, oriented))
+    for j in range(1, len(tree.machine.joints) + 1):
+        oriented.append(here := _orientation(tree, j, oriented))
         if here is None or links[j - 1].axis is not Axis.REVOLUTE:
             continue
         for i, other in enumerate(oriented[1:j], start=1):
@@ -49,13 +47,13 @@ def with_parallel_links(bound: Bound, mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, links=tuple(links))
 
 
-def _orientation(bound: Bound, j: int, oriented: list[Orientation | None]) -> Orientation | None:
-    """None where an angle is no sum of variables and quarter turns."""
-    joint = bound.machine.joint(j)
+def _orientation(tree: Tree, j: int, oriented: list[Orientation | None]) -> Orientation | None:
+    """None where an angle is not a sum of variables and quarter turns."""
+    joint = tree.machine.joint(j)
     before = oriented[joint.antecedent]
-    gamma, alpha = _turn(bound.cell(joint.gamma)), _turn(bound.cell(joint.alpha))
-    placed = j in bound.placed
-    theta = (frozenset([(("joint", j), Fraction(1))]), Fraction(0)) if placed else _turn(_angle(bound, j))
+    gamma, alpha = _turn(tree.cell(joint.gamma)), _turn(tree.cell(joint.alpha))
+    placed = j in tree.placed
+    theta = (frozenset([(("joint", j), Fraction(1))]), Fraction(0)) if placed else _turn(_angle(tree, j))
     if before is None or gamma is None or alpha is None or theta is None:
         return None
     here = _added((before.terms, before.halves), gamma)
@@ -64,10 +62,10 @@ def _orientation(bound: Bound, j: int, oriented: list[Orientation | None]) -> Or
     return Orientation((before.along, here, alpha), *theta)
 
 
-def _angle(bound: Bound, j: int) -> Scalar:
-    joint = bound.machine.joint(j)
-    turns = joint.sigma == 0 and j in bound.machine.articulated
-    return bound.angle(j) if turns else bound.cell(joint.theta)
+def _angle(tree: Tree, j: int) -> Scalar:
+    joint = tree.machine.joint(j)
+    turns = joint.sigma == 0 and j in tree.machine.articulated
+    return tree.angle(j) if turns else tree.cell(joint.theta)
 
 
 Turn = tuple[frozenset[Any], Fraction]

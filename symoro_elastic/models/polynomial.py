@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, Library
 from symoro_elastic.symbolic.expression import Constant, exact
 from symoro_elastic.symbolic.operations import COS, COSPI, PI
@@ -70,7 +70,7 @@ class Polynomial:
             return self * (1 / divisor.terms[ONE])
         if self.terms == divisor.terms:
             return Polynomial.of(1)
-        return self * Polynomial.factor(f"(1/({written(divisor)}))")
+        return self * Polynomial.factor(f"(1/({polynomial_text(divisor)}))")
 
     __radd__ = __add__
     __rmul__ = __mul__
@@ -95,7 +95,7 @@ def _polynomial(x: Scalar) -> Polynomial | None:
     return None if constant is None else Polynomial.of(constant)
 
 
-def written(p: Polynomial, sources: Collection[str] = ()) -> str:
+def polynomial_text(p: Polynomial, sources: Collection[str] = ()) -> str:
     """The text of a polynomial, in the grammar of machine files.
 
     What multiplies one product of other factors is put in brackets where it is linear in `sources`:
@@ -143,7 +143,7 @@ def _number(x: Fraction) -> str:
 
 
 def _function(name: str) -> Callable[..., Polynomial]:
-    return lambda *operands: Polynomial.factor(f"{name}({', '.join(map(written, operands))})")
+    return lambda *operands: Polynomial.factor(f"{name}({', '.join(map(polynomial_text, operands))})")
 
 
 POLYNOMIALS: Arithmetic[Polynomial] = Arithmetic(

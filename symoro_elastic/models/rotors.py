@@ -1,9 +1,9 @@
 """Rotors behind gears: from which speed on their gyroscopic moments, which Ia leaves out, matter.
 
-A balanced rotor of inertia Z about its axis e, on bearings of body i, turns at s = c . ud relative to it. In motion a
-moment Z s (w_i x e) acts on body i (L7), of which its inertia as the joint feels it, Ia = c^2 Z, has no part. Where
-joints turn at rates in proportion to v it changes accelerations by A^-1 J_i^T Z s (w_i x e) = v^2 g. The result is an
-acceleration of 1 rad/s2 or 1 m/s2 and what the speeds cause, v^2 h with h = A^-1 H: the change is 1 % of it at
+A balanced rotor of inertia Z about its axis e, on bearings of body i, turns at s = c . ud relative to it. In motion
+body i exerts the moment Z s (w_i x e) on it (L7), of which its inertia as the joint feels it, Ia = c^2 Z, has no part.
+Where joints turn at rates in proportion to v it changes accelerations by A^-1 J_i^T Z s (w_i x e) = v^2 g. The result
+is an acceleration of 1 rad/s2 or 1 m/s2 and what the speeds cause, v^2 h with h = A^-1 H: the change is 1 % of it at
 v^2 = 0.01 / (|g| - 0.01 |h|), and never where that is negative.
 """
 
@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.machine import Body, Kind, Machine
@@ -26,7 +27,6 @@ from symoro_elastic.mechanics.kinematics import frame_set, jacobian
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia, coordinate_velocity_forces
 from symoro_elastic.models.loops.plan import plan_of
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 CHANGE = 0.01
@@ -50,12 +50,12 @@ class Rotor:
 
 
 def rotors(machine: Machine, position: Mapping[str, float]) -> list[Rotor]:
-    """The rotors of a machine, at a position by joint and at some others; none on a floating base.
+    """The rotors of a machine, at a position by joint and at some others; none on a base that moves freely.
 
     Of all pairs of joints at one speed, one of which the rotor follows, or follows the rotor, the worst one counts.
     """
     rows = [j for j in machine.articulated if _is_rotor(machine, j)]
-    if not rows or machine.floating:
+    if not rows or machine.degrees_of_base:
         return []
     numbers = _Numbers(machine)
     numbers.move(_by_variable(machine, position))
@@ -71,14 +71,14 @@ def rotors(machine: Machine, position: Mapping[str, float]) -> list[Rotor]:
 
 
 def _by_variable(machine: Machine, position: Mapping[str, float]) -> dict[str, float]:
-    return {str(machine.joint(j).variable): position[machine.joint(j).name] for j in machine.owners}
+    return {str(machine.joint(j).variable): position[machine.joint(j).name] for j in machine.with_variable}
 
 
 def _others(machine: Machine, position: Mapping[str, float]) -> Iterator[dict[str, float]]:
     """Positions with joints that turn somewhere, those of loops near their start."""
     source, here = random.Random(SEED), _by_variable(machine, position)
-    free = [machine.joint(j) for j in machine.moving if j not in machine.in_loops and machine.joint(j).sigma == 0]
-    plan = plan_of(machine, Bound) if machine.loops else None
+    free = [machine.joint(j) for j in machine.independent if j not in machine.in_loops and machine.joint(j).sigma == 0]
+    plan = plan_of(machine) if machine.loops else None
     for k in range(POSITIONS):
         near = plan.positions[k % len(plan.positions)] if plan else {}
         closed = machine.by_variable({j: near[j] for j in machine.in_loops})
@@ -124,7 +124,7 @@ class _Numbers:
         self._seen = frame_set(self.bound.mechanism, 0)
         self._inertia = coordinate_inertia(self.bound).A
         forces = coordinate_velocity_forces(self.bound)
-        self._velocity_forces = [forces[k] for k in machine.moving]
+        self._velocity_forces = [forces[k] for k in machine.independent]
         self._rates = arguments(machine)["qd"]
         self._bearings: dict[int, list[Any]] = {}
         self.move({})
@@ -136,7 +136,7 @@ class _Numbers:
     @property
     def A(self) -> Array:
         """The inertia matrix over the independent variables."""
-        k = self.machine.moving
+        k = self.machine.independent
         return self.array([[self._inertia[i][j] for j in k] for i in k])
 
     def velocity_forces(self, rates: Array) -> Array:
@@ -157,7 +157,7 @@ class _Numbers:
             columns = jacobian(self.bound.mechanism, self._seen, i) if i else {}
             S = self.bound.coordinates.S
             rows = [combination((x.angular[n], S[j]) for j, x in columns.items() if j in S) for n in range(3)]
-            self._bearings[i] = [[row.get(k, 0) for k in self.machine.moving] for row in rows]
+            self._bearings[i] = [[row.get(k, 0) for k in self.machine.independent] for row in rows]
         return self.array(self._bearings[i])
 
     def axis(self, j: int) -> Array:
@@ -170,15 +170,15 @@ class _Numbers:
         turns: Scalar = 1 if joint.ratio.is_zero else self.bound.cell(joint.ratio)
         of_body = _has_body(self.machine, j)
         inertia = self.bound.cell(joint.body.inertia[5] if of_body else joint.rotor_inertia)
-        *c, Z = self.array([*((1 if of_body else turns) * row.get(k, 0) for k in self.machine.moving), inertia])
+        *c, Z = self.array([*((1 if of_body else turns) * row.get(k, 0) for k in self.machine.independent), inertia])
         return np.array(c), float(Z)
 
     def driven(self, j: int) -> tuple[int, float]:
-        """The joint that a rotor drives, and the rate of its own variable for a unit of that joint's rate.
+        """The joint that a rotor drives, and the rate of its coordinate for a unit of that joint's rate.
 
         The joint itself and 1 unless the rotor is a body with an independent variable that another joint follows.
         """
-        leads = j in self.machine.moving and _has_body(self.machine, j)
+        leads = j in self.machine.independent and _has_body(self.machine, j)
         follower = _follower(self.machine, j) if leads else None
         rate = 0.0 if follower is None else float(self.array([self.bound.coordinates.S[follower].get(j, 0)])[0])
         return (j, 1.0) if follower is None or rate == 0 else (follower, 1 / abs(rate))
@@ -192,7 +192,7 @@ class _Numbers:
 def _rotor(machine: Machine, numbers: _Numbers, j: int) -> Rotor:
     joint, (driven, ahead) = machine.joint(j), numbers.driven(j)
     G, e, (c, Z) = numbers.turning(joint.antecedent), numbers.axis(j), numbers.spin(j)
-    unit = np.diag([ahead if k == j else 1.0 for k in machine.moving])
+    unit = np.diag([ahead if k == j else 1.0 for k in machine.independent])
     pairs = np.array([*_pairs(c, unit)]).reshape(-1, len(c))
     moments = Z * (pairs @ c)[:, None] * np.cross(pairs @ G.T, e)
     try:
@@ -203,7 +203,7 @@ def _rotor(machine: Machine, numbers: _Numbers, j: int) -> Rotor:
     worst = int(np.argmax(np.nan_to_num(excess, nan=math.inf))) if len(pairs) else 0
     if not len(pairs) or excess[worst] <= 0:
         return Rotor(joint.name, _has_body(machine, j), math.inf, ())
-    turning = (machine.moving[k] for k in np.flatnonzero(pairs[worst]))
+    turning = (machine.independent[k] for k in np.flatnonzero(pairs[worst]))
     names = tuple(machine.joint(driven if k == j else k).name for k in turning)
     return Rotor(joint.name, _has_body(machine, j), math.sqrt(CHANGE / excess[worst]), names)
 

@@ -9,17 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
 
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.machine import KnownOfBase, Machine
+from symoro_elastic.mechanics.base_body import WrenchKnown
 from symoro_elastic.mechanics.clusters import Cluster, Members, clusters
-from symoro_elastic.mechanics.coordinates import Rows, change_of_variables, combination, image, product, projection
+from symoro_elastic.mechanics.coordinates import (
+    Rows,
+    combination,
+    joint_accelerations,
+    product,
+    projection,
+    transmission_forces,
+)
 from symoro_elastic.mechanics.dynamics import AccelerationKnown, Dynamics, Rules, TorqueKnown, dynamics
 from symoro_elastic.mechanics.elimination import Rule
 from symoro_elastic.mechanics.mechanism import Mechanism
-from symoro_elastic.scalar import Scalar
-
-if TYPE_CHECKING:
-    from symoro_elastic.models.bind import Bound
+from symoro_elastic.mechanics.spatial import Wrench
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.tree import Tree
 
 Forces = Mapping[int, Scalar]
 """Generalized forces, or accelerations, by the joint that owns the variable."""
@@ -47,9 +55,9 @@ class Motion:
             found[j] = AccelerationKnown(self._given_accelerations[j])
         return found
 
-    def solved(self, mechanism: Mechanism) -> Dynamics:
+    def dynamics_of(self, mechanism: Mechanism) -> Dynamics:
         """The dynamics of a mechanism in this motion."""
-        return dynamics(mechanism, self.bound.rates(), self.rules, self.bound.base_rule)
+        return dynamics(mechanism, self.bound.rates(), self.rules, base_rule(self.bound))
 
     def accelerations(self, found: Dynamics) -> dict[int, Scalar]:
         """Accelerations of the independent variables."""
@@ -71,7 +79,7 @@ class Motion:
                 if j in self.known:
                     Gamma[j] = found.Gamma[j] + product({i: self._C[i].get(j, 0) for i in members.links}, found.Gamma)
         led = projection(self.S, {j: found.Gamma[j] for j in self._led})
-        return dict.fromkeys(self.bound.machine.moving, 0) | combination(((1, Gamma), (1, led)))
+        return dict.fromkeys(self.bound.machine.independent, 0) | combination(((1, Gamma), (1, led)))
 
     def _of_cluster(self, members: Members) -> dict[int, Rule | Cluster]:
         joints = [j for j in members.links if j in self.S]
@@ -86,7 +94,7 @@ class Motion:
 
     def _of_transmission(self, members: Members) -> dict[int, Rule | Cluster]:
         followers_first = self._followers_first(members)
-        lam = change_of_variables(self._C, followers_first, self.Gamma_u)
+        lam = transmission_forces(self._C, followers_first, self.Gamma_u)
         return {
             j: AccelerationKnown(self.known[j]) if j in self.known else TorqueKnown(lam[j]) for j in followers_first
         }
@@ -94,13 +102,13 @@ class Motion:
     @cached_property
     def _given_accelerations(self) -> dict[int, Scalar]:
         """Accelerations of the joints where those that are not known are zero."""
-        return image(self.S, self.known, self.gam)
+        return joint_accelerations(self.S, self.known, self.gam)
 
     @cached_property
     def _alone(self) -> tuple[int, ...]:
         """Joints of independent variables that share none."""
         together = {j for members in self.members for j in members.links}
-        return tuple(j for j in self.bound.machine.moving if j not in together)
+        return tuple(j for j in self.bound.machine.independent if j not in together)
 
     @cached_property
     def _led(self) -> tuple[int, ...]:
@@ -117,18 +125,18 @@ class Motion:
     @cached_property
     def _transmissions(self) -> tuple[Members, ...]:
         """Clusters whose joints all own independent variables, with known accelerations of joints that follow none."""
-        moving = {*self.bound.machine.moving}
+        independent = {*self.bound.machine.independent}
         return tuple(
             members
             for members in self.members
-            if all(j in moving for j in members.links if j in self.S)
+            if all(j in independent for j in members.links if j in self.S)
             and not any(self._C[j] for j in members.links if j in self.known)
             and any(j not in self.known for j in members.links if j in self.S)
         )
 
     @cached_property
     def _C(self) -> Rows:
-        """Derivatives of the formula in the cell of each joint by own variables of others."""
+        """Derivatives of the formula in the cell of each joint by joint coordinates of others."""
         couplings = self.bound.coordinates.couplings
         return {j: couplings[j].partials if j in couplings else {} for j in self.S}
 
@@ -146,3 +154,40 @@ class Motion:
             if j in self.S:
                 visit(j)
         return leaders[::-1]
+
+
+def base_rule(tree: Tree) -> WrenchKnown | None:
+    """The wrench on a base that is free to move."""
+    floating = tree.machine.floating
+    if floating is None or floating.known is KnownOfBase.ACCELERATION:
+        return None
+    return WrenchKnown(Wrench(*tree.twist_on_base("f0")))
+
+
+def given_rules(bound: Bound) -> Rules:
+    """Every acceleration known."""
+    return Motion(bound, bound.qdd, {}).rules
+
+
+def held_rules(bound: Bound) -> Rules:
+    """Every acceleration known, zero for the independent variables: gives H(q, qd)."""
+    return Motion(bound, dict.fromkeys(bound.machine.independent, 0), {}).rules
+
+
+def still_rules(machine: Machine) -> Rules:
+    """Every acceleration known, and zero, at rest."""
+    rules: list[Rule | Cluster | None] = [None] * (len(machine.joints) + 1)
+    for j in machine.articulated:
+        rules[j] = AccelerationKnown(0)
+    return rules
+
+
+def direct_motion(bound: Bound) -> Motion:
+    """Every torque known."""
+    return Motion(bound, {}, bound.exerted_forces())
+
+
+def inverse_motion(bound: Bound) -> Motion:
+    """Motor accelerations known, elastic and passive torques known [50]-[54]."""
+    known = {j: x for j, x in bound.qdd_motor.items() if j in bound.machine.independent}
+    return Motion(bound, known, bound.passive_forces())

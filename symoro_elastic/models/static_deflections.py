@@ -8,6 +8,7 @@ What is left out is second order in the deflections, and the inertia that resist
 
 from __future__ import annotations
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.machine.static_springs import with_free_springs
@@ -17,7 +18,8 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.geometric import geometric_model
 from symoro_elastic.models.model import ORIENTATION, Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.rules import given_rules
+from symoro_elastic.models.state import position_blocks
 
 DEFLECTIONS = "static_deflections"
 PLACED = "geometric_model_with_deflections"
@@ -26,7 +28,7 @@ PLACED = "geometric_model_with_deflections"
 def _static_deflections(bound: Bound, _: Joints) -> Results:
     machine = bound.machine
     _refuse_without_static_springs(machine, DEFLECTIONS)
-    found = dynamics(bound.mechanism, bound.rates(), bound.given_rules())
+    found = dynamics(bound.mechanism, bound.rates(), given_rules(bound))
     name_dynamics(bound, found, "[15]", "[61]")
     entries: list[Scalar] = []
     for j, joint in machine.static.items():
@@ -48,9 +50,8 @@ def _placed(machine: Machine) -> Machine:
 def _arguments(bound: Bound, _: Results) -> dict[str, tuple[str, ...]]:
     """q of the joints that stay in the motion, then the variables of the static ones."""
     names = bound.arguments()
-    static = names["q_static"]
-    of_machine = {"q": tuple(name for name in names["q"] if name not in static), "q_static": static}
-    return of_machine | ({"q_dep": names["q_dep"]} if bound.takes_dependent else {})
+    static, position = names["q_static"], {name: names[name] for name in position_blocks(bound.machine)}
+    return position | {"q": tuple(name for name in names["q"] if name not in static), "q_static": static}
 
 
 def _refuse_without_static_springs(machine: Machine, model: str) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from symoro_elastic.machine.machine import Given, Machine
+from symoro_elastic.machine.arguments import known_of_base
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
+from symoro_elastic.models.state import closing_models
 from symoro_elastic.quantities.time_steps import TimeStep
 
 EXPLICIT, ROSENBROCK = (TimeStep.RK4,), (TimeStep.RODAS4,)
@@ -28,11 +30,8 @@ def models_of_steps(
     known = {one.model.name: one for one in at_hand}
     new = [trace(machine, name, folded=folded) for name in needed if name not in known]
     yield from new
-    takes_dependent = any("q_dep" in one.model.arguments for one in (*at_hand, *new))
-    if takes_dependent and "assemble" not in known:
-        yield trace(machine, "assemble", folded=folded)
-    if machine.floating:
-        yield from base_models(machine, folded)
+    yield from (trace(machine, name, folded=folded) for name in closing_models(machine) if name not in known)
+    yield from base_models(machine, folded)
     if dependent_motors(machine) and not {*steps} <= {*ROSENBROCK}:
         yield motor_coordinates(machine, folded)
     if not {*steps} <= {*EXPLICIT, *ROSENBROCK}:
@@ -42,9 +41,8 @@ def models_of_steps(
 
 def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> None:
     """Raise `InputError` where a machine has no time steps, or not those of some method."""
-    if machine.floating:
-        _refuse_base(machine, steps)
-    if not machine.moving and not machine.floating:
+    _refuse_base(machine, steps)
+    if not machine.independent and not machine.degrees_of_base:
         raise machine.error("steps", "no joint moves, so there is no state to take a step: leave them out")
     jumping = [
         joint.name for joint in machine.joints if joint.friction.creep.is_zero and not joint.friction.coulomb.is_zero
@@ -60,10 +58,10 @@ def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> Non
 
 def _refuse_base(machine: Machine, steps: Sequence[str]) -> None:
     """Raise `InputError` where the motion of a base is given, and for methods that need exact derivatives."""
-    if machine.floating and machine.floating.known is Given.ACCELERATION:
-        what = 'the acceleration of the base is given, so it is no state of a time step: write known = "wrench"'
+    if "V0d" in known_of_base(machine):
+        what = 'the acceleration of the base is given, so it is not a state of a time step: write known = "wrench"'
         raise machine.error("base, known", what)
-    if not {*steps}.isdisjoint(ROSENBROCK):
+    if machine.degrees_of_base and not {*steps}.isdisjoint(ROSENBROCK):
         what = "needs exact derivatives, and linearization is not offered on a floating base: take w3"
         raise machine.error("steps", f"{ROSENBROCK[0]} {what}")
 
@@ -72,6 +70,6 @@ def ways_to_give_motors(machine: Machine) -> list[Motors]:
     """Return what may be known of motors: motions only where all own independent variables."""
     if not machine.motors:
         return [Motors.TORQUE]
-    moves = len(machine.motors) < len(machine.moving) or machine.floating is not None
+    moves = len(machine.motors) < len(machine.independent) + machine.degrees_of_base
     follows = moves and not dependent_motors(machine)
     return [Motors.TORQUE, Motors.SERVO, *([Motors.DRIVEN] if follows else [])]

@@ -9,13 +9,13 @@ from functools import cached_property
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import INERTIA, Scene
-from symoro_elastic.machine.series_springs import condensed
+from symoro_elastic.machine.series_springs import condense
 from symoro_elastic.models.catalogue import BY_INERTIA, trace_scene
 from symoro_elastic.models.model import TracedModel
+from symoro_elastic.models.packaging import package
 from symoro_elastic.models.time_steps import models_of_steps
-from symoro_elastic.packaging import package
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,22 +29,22 @@ class Traced:
     @cached_property
     def machine(self) -> Machine:
         """The machine restricted to the scene."""
-        return restricted(self.whole, self.scene)
+        return restrict(self.whole, self.scene)
 
     @cached_property
     def folded(self) -> tuple[str, ...]:
         """Names of the parameters that are constants in the programs."""
-        return folded(self.whole, self.scene)
+        return names_to_fold(self.whole, self.scene)
 
     @cached_property
     def package(self) -> Package:
         """The package for the targets; raises `InputError` for reserved names."""
-        notes = condensed(self.whole).notes if self.scene.condense else ()
+        notes = condense(self.whole).notes if self.scene.condense else ()
         scene = ", ".join(filter(None, (summary(self.scene, self.models), *notes)))
         return package(self.machine, self.models, self.folded, scene, self.scene.steps)
 
 
-def traced(machine: Machine, scene: Scene) -> Traced:
+def trace_models(machine: Machine, scene: Scene) -> Traced:
     """The programs of the models that a scene asks of a machine; raises `InputError`."""
     return with_steps(machine, scene, trace_scene(machine, scene))
 
@@ -52,7 +52,7 @@ def traced(machine: Machine, scene: Scene) -> Traced:
 def with_steps(machine: Machine, scene: Scene, models: Sequence[TracedModel]) -> Traced:
     """The programs of these models, and of those that the time steps of the scene call."""
     whole = [one for one in models if one.whole]
-    called = models_of_steps(restricted(machine, scene), scene.steps, folded(machine, scene), whole)
+    called = models_of_steps(restrict(machine, scene), scene.steps, names_to_fold(machine, scene), whole)
     return Traced(machine, scene, [*models, *called])
 
 

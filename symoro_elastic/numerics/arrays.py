@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array
 from symoro_elastic.codegen.printers import constant_values
+from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.models.catalogue import TracedModel
-from symoro_elastic.numerics.states import States
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.state import State
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
@@ -42,7 +42,7 @@ def arithmetic(dtype: type) -> Arithmetic[Any]:
     return Arithmetic(number, library(np, own))
 
 
-def evaluated(traced: TracedModel, states: States, values: Parameters, dtype: type) -> dict[str, AnyArray]:
+def evaluate_arrays(traced: TracedModel, states: State, values: Parameters, dtype: type) -> dict[str, AnyArray]:
     """Return results of a model by name, (states, entries), in a type of numpy.
 
     Constants are those of generated code, rounded once; where the type is wider, they are as exact as it allows.

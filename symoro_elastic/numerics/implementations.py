@@ -14,19 +14,19 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import CompiledPackage
 from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel
-from symoro_elastic.numerics.states import States
+from symoro_elastic.models.state import State
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
-from symoro_elastic.traced import traced
 
 ResultArrays = dict[str, Array]
-Implementation = Callable[[TracedModel, States], ResultArrays]
+Implementation = Callable[[TracedModel, State], ResultArrays]
 
 _numbers = itertools.count()
 
@@ -34,9 +34,9 @@ _numbers = itertools.count()
 def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Implementation:
     """Return the compiled functions: state by state, or all states by one call where a model depends on the state."""
 
-    def run(traced: TracedModel, states: States) -> ResultArrays:
+    def run(traced: TracedModel, states: State) -> ResultArrays:
         call = compiled.call_batch if batch and traced.model.arguments else compiled.call
-        return _spread(traced, call(traced.model.name, p=p, **_arguments(traced, states)), len(states))
+        return _spread(traced, call(traced.model.name, p=p, **states.only(traced.model.arguments)), len(states))
 
     return run
 
@@ -44,11 +44,12 @@ def c_code(compiled: CompiledPackage, p: Array, batch: bool = False) -> Implemen
 def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Implementation:
     """Return the generated package: all states in one call, or one at a time on plain floats."""
 
-    def run(traced: TracedModel, states: States) -> ResultArrays:
+    def run(traced: TracedModel, states: State) -> ResultArrays:
         function = getattr(module, traced.model.name)
         if stacked:
-            return _spread(traced, _named(traced, function(**_arguments(traced, states), p=p)), len(states))
-        each = [_named(traced, function(**_arguments(traced, states, state), p=p)) for state in range(len(states))]
+            return _spread(traced, _named(traced, function(**states.only(traced.model.arguments), p=p)), len(states))
+        some = (states[k].only(traced.model.arguments) for k in range(len(states)))
+        each = [_named(traced, function(**arguments, p=p)) for arguments in some]
         return {name: np.stack([results[name] for results in each]) for name in traced.rows}
 
     return run
@@ -57,8 +58,8 @@ def numpy_code(module: ModuleType, p: Array, stacked: bool) -> Implementation:
 def equations_on_floats(values: Mapping[str, float]) -> Implementation:
     """Return the traced program in double precision, without code; NaN where it has no value."""
 
-    def run(traced: TracedModel, states: States) -> ResultArrays:
-        rows = [_evaluated(traced.program, _symbols(traced, states, state, values)) for state in range(len(states))]
+    def run(traced: TracedModel, states: State) -> ResultArrays:
+        rows = [_evaluated(traced.program, _symbols(traced, states[k], values)) for k in range(len(states))]
         columns = zip(*rows, strict=True)
         return {
             output.name: np.array(column, dtype=float)
@@ -72,7 +73,7 @@ def numpy_model(
     machine: Machine, models: Sequence[str] = ("direct_dynamics",), outputs: Mapping[str, tuple[str, ...]] | None = None
 ) -> ModuleType:
     """Return the generated numpy package of a machine as a module; `outputs` names parts of models, as a scene does."""
-    files = render_numpy(traced(machine, Scene(models=tuple(models), outputs=dict(outputs or {}))).package)
+    files = render_numpy(trace_models(machine, Scene(models=tuple(models), outputs=dict(outputs or {}))).package)
     with tempfile.TemporaryDirectory() as folder:
         return import_package(files, Path(folder))
 
@@ -97,11 +98,6 @@ def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:
     return module
 
 
-def _arguments(traced: TracedModel, states: States, state: int | slice = slice(None)) -> dict[str, Array]:
-    """Return the arrays that a model takes, of one state or of all."""
-    return {name: getattr(states, name)[state] for name in traced.model.arguments}
-
-
 def _named(traced: TracedModel, results: Any) -> ResultArrays:
     names = tuple(traced.rows)
     return dict(zip(names, results if len(names) > 1 else (results,), strict=True))
@@ -113,10 +109,10 @@ def _spread(traced: TracedModel, results: ResultArrays, states: int) -> ResultAr
     return {name: np.broadcast_to(array, (states, *shapes[name])) for name, array in results.items()}
 
 
-def _symbols(traced: TracedModel, states: States, state: int, values: Mapping[str, float]) -> dict[str, float]:
+def _symbols(traced: TracedModel, state: State, values: Mapping[str, float]) -> dict[str, float]:
     symbols = dict(values)
     for argument in traced.program.inputs:
-        symbols |= zip(argument.symbols, getattr(states, argument.name)[state].tolist(), strict=True)
+        symbols |= zip(argument.symbols, getattr(state, argument.name).tolist(), strict=True)
     return symbols
 
 

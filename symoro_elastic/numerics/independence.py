@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 
 VANISHING = 1e-12  # length of a column without effect, of the longest one
 NEGLIGIBLE = 10  # tolerances: coefficients of columns of length one that are rounding
@@ -40,11 +40,7 @@ class IndependentColumns:
 
 
 def independent_columns(
-    W: Array,
-    tolerance: float,
-    vanishing: float = VANISHING,
-    first: Iterable[int] = (),
-    negligible: float | None = None,
+    W: Array, tolerance: float, vanishing: float = VANISHING, first: Iterable[int] = (), negligible: float | None = None
 ) -> IndependentColumns:
     """Return independent columns of W (rows, columns), and the coefficients with which the others join them.
 

@@ -11,11 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.loops.plan import plan_of
+from symoro_elastic.models.loops.plan import lacks_closed_form, plan_of
 from symoro_elastic.models.once import once_for_each_machine
 
 MOVES = 1e-9
@@ -43,12 +42,12 @@ def with_independent(machine: Machine, wanted: Collection[int]) -> Machine:
 
 def moved_by(machine: Machine, j: int) -> dict[int, float]:
     """Return dx/du of a dependent joint at the start of the loops by the independent joints that move it (L10)."""
-    plan = plan_of(machine, Bound)
+    plan = plan_of(machine)
     _, W = plan.assembly.numbers(plan.positions[0])
-    owners = machine.owners
-    unknown, known = ([owners.index(k) for k in joints] for joints in (machine.dependent, machine.moving))
+    owners = machine.with_variable
+    unknown, known = ([owners.index(k) for k in joints] for joints in (machine.dependent, machine.independent))
     slopes = -np.linalg.lstsq(W[:, unknown], W[:, known], rcond=MOVES)[0]
-    row = dict(zip(machine.moving, slopes[machine.dependent.index(j)].tolist(), strict=True))
+    row = dict(zip(machine.independent, slopes[machine.dependent.index(j)].tolist(), strict=True))
     largest = max(map(abs, row.values()), default=0.0)
     return {k: x for k, x in row.items() if abs(x) > MOVES * largest}
 
@@ -60,10 +59,10 @@ def _exchanged(machine: Machine, j: int, wanted: Collection[int]) -> Iterator[Ma
     for k in _ranked(machine, moving):
         changed = _with_dependent(machine, {*machine.dependent} - {j} | {k})
         try:
-            bound = Bound(changed)
+            is_assembled = lacks_closed_form(changed)
         except InputError:
             continue
-        if bound.takes_dependent:
+        if is_assembled:
             assembled.append(changed)
         else:
             yield changed
@@ -78,7 +77,7 @@ def _ranked(machine: Machine, row: Mapping[int, float]) -> list[int]:
 
 def _with_dependent(machine: Machine, dependent: Collection[int]) -> Machine:
     def changed(loop: Loop) -> Loop:
-        own = tuple(j for j in machine.owners_in(loop) if j in dependent)
+        own = tuple(j for j in machine.with_variable_in(loop) if j in dependent)
         return loop if own == machine.dependent_in(loop) else replace(loop, dependent=_names(machine, own))
 
     return replace(machine, loops=tuple(map(changed, machine.loops)))

@@ -23,7 +23,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 
 MOST_IN_TAIL, SHARE_IN_TAIL, SHARE_SMALL = 50, 20, 50
 """The tail is a twentieth of the errors, at most fifty of them; small results are a fiftieth, and at least the tail."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.coordinates import Rows, projection
 from symoro_elastic.mechanics.dynamics import AccelerationKnown, Dynamics, Rule, dynamics
@@ -18,9 +18,10 @@ from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.spatial import AxialTransform, Axis, Transform, Twist, Vector, Z
 from symoro_elastic.models.base_parameters import ZeroPosition
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.state import State
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.assembled_states import start_of
-from symoro_elastic.numerics.closed_positions import Followed, drawn_values
+from symoro_elastic.numerics.closed_positions import drawn_values, with_dependent
+from symoro_elastic.numerics.verification.assembled_states import start_of
 from symoro_elastic.symbolic.arithmetic import evaluate
 
 SLIDE, VELOCITY, ACCELERATION, OF_BASE = 0.5, 3.0, 5.0, 5.0
@@ -85,8 +86,8 @@ def _of_tree(machine: Machine, states: int, rng: np.random.Generator, values: Ma
     qd, qdd = rng.uniform(-VELOCITY, VELOCITY, (n, states)), rng.uniform(-ACCELERATION, ACCELERATION, (n, states))
     links = tuple(_displaced(link, angles[j]) for j, link in mechanism.from_base())
     moved = replace(mechanism, links=links, **_moving_base(zero, rng, states))
-    S = {j: {j: 1} for j in machine.moving}
-    return _in_motion(moved, dict(enumerate(qd)), dict(enumerate(qdd)), S, machine.moving, states, {})
+    S = {j: {j: 1} for j in machine.independent}
+    return _in_motion(moved, dict(enumerate(qd)), dict(enumerate(qdd)), S, machine.independent, states, {})
 
 
 def _displaced(link: Link, variable: Any) -> Link:
@@ -139,11 +140,11 @@ def _of_coupled(
     S = {j: {k: number(x) for k, x in row.items()} for j, row in bound.coordinates.S.items()}
     qd, qdd = (dict(enumerate(map(number, x))) for x in (bound.rates(), bound.given_accelerations()))
     mechanism = replace(bound.mechanism.map(number), **base)
-    return _in_motion(mechanism, qd, qdd, S, machine.moving, states, blocks)
+    return _in_motion(mechanism, qd, qdd, S, machine.independent, states, blocks)
 
 
 def closed_states(bound: Bound, states: int, rng: np.random.Generator, values: Mapping[str, float]) -> dict[str, Array]:
-    """Return q, qd, qdd (states, n) and q_dep (states, d) where it is an argument: loops closed, not nearly singular.
+    """Return q, qd, qdd (states, n) and all else that tells a position: loops closed, not nearly singular.
 
     Positions are about the start, on its branch. Raises `InputError` where too few are found.
     """
@@ -156,7 +157,7 @@ def closed_states(bound: Bound, states: int, rng: np.random.Generator, values: M
             good = np.flatnonzero(_regular(bound, partial(_at_all, value, drawn)))
         if len(good) >= states:
             return {name: block[good[:states]] for name, block in blocks.items()}
-    what = "no positions about start at which they close and are not singular: move start to the side that is meant"
+    what = "no positions about start at which they close and are not singular: move start to the intended side"
     if not bound.machine.loops:
         what = "too few random positions at which their cells have a value"
     raise bound.machine.error(", ".join(f"loop {loop.name}" for loop in bound.machine.loops) or "joints", what)
@@ -170,14 +171,13 @@ def _drawn(
     bound: Bound, states: int, reach: float, rng: np.random.Generator, values: Mapping[str, float]
 ) -> dict[str, Array]:
     """Arguments at random states about the start, the first one there."""
-    machine, n = bound.machine, len(bound.machine.moving)
-    far = np.array([reach * (SLIDE if joint.sigma == 1 else math.pi) for joint in machine.moving_joints])
+    machine, n = bound.machine, len(bound.machine.independent)
+    far = np.array([reach * (SLIDE if joint.sigma == 1 else math.pi) for joint in machine.independent_joints])
     q = start_of(machine).q + far * rng.uniform(-1, 1, (states, n))
     q[:1] = start_of(machine).q
     qd = rng.uniform(-VELOCITY, VELOCITY, (states, n))
     qdd = rng.uniform(-ACCELERATION, ACCELERATION, (states, n))
-    dependent = {"q_dep": Followed(machine, values).at(q)} if bound.takes_dependent else {}
-    return {"q": q, "qd": qd, "qdd": qdd, **dependent}
+    return dict(with_dependent(machine, State({"q": q, "qd": qd, "qdd": qdd}), values).blocks)
 
 
 def _symbols(bound: Bound, blocks: Mapping[str, Array]) -> dict[str, Array]:
@@ -186,9 +186,7 @@ def _symbols(bound: Bound, blocks: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _leaves(bound: Bound) -> Iterator[Any]:
-    found: list[Any] = []
-    bound.mechanism.map(lambda x: found.append(x) or x)  # type: ignore[func-returns-value]
-    yield from found
+    yield from bound.mechanism.scalars()
     yield from _coupling(bound)
     yield from bound.rates()
     yield from bound.given_accelerations()

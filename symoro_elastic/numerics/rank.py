@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.base_parameters import ROTOR
 from symoro_elastic.mechanics.coordinates import projection
@@ -119,7 +119,7 @@ def _unit_torques(motion: RandomMotion, j: int) -> dict[int, Any]:
 def enough_states(machine: Machine) -> int:
     """Return a number of random states at which the stacked regressor has its structural rank."""
     columns = 11 * len(machine.joints)
-    return max(LEAST_STATES, math.ceil(ROWS_PER_COLUMN * columns / max(1, len(machine.moving))))
+    return max(LEAST_STATES, math.ceil(ROWS_PER_COLUMN * columns / max(1, len(machine.independent))))
 
 
 def numerical_relations(machine: Machine, first: Collection[Label] = (), seed: int = 0) -> Relations:

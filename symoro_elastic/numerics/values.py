@@ -5,14 +5,13 @@ A name says nothing: what it stands for is derived from the cells of the table i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
 from symoro_elastic.machine.columns import Dimension, cells
-from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Machine
-from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.loops.plan import plan_of
 
 ParameterValues = dict[str, float]
@@ -95,8 +94,8 @@ def _draw(machine: Machine, rng: np.random.Generator) -> ParameterValues:
     for joint in machine.joints:
         _settle_cells(values, joint, rng)
         _settle_body(values, joint.body, rng)
-    if machine.floating:
-        _settle_body(values, machine.floating.body, rng)
+    for body in machine.free_bodies:
+        _settle_body(values, body, rng)
     _settle_cells(values, machine.base, rng)
     for parameter in machine.parameters:
         values.setdefault(parameter.name, ORDER_ONE(rng))
@@ -107,7 +106,7 @@ def _assembled(machine: Machine) -> ParameterValues:
     """Values of the parameters that place the frames of a machine with loops: those with which its loops close."""
     if not machine.loops:
         return {}
-    values = plan_of(machine, Bound).assembly.values
+    values = plan_of(machine).assembly.values
     placing = (formula for joint in machine.joints for cell, formula in cells(joint) if cell.column.section == "joints")
     return {name: values[name] for formula in placing for name in formula.names if name in values}
 
@@ -136,10 +135,10 @@ def _settle_body(values: ParameterValues, body: Body, rng: np.random.Generator) 
     mass are m (0.05 .. 0.065) m2, its products at most m 0.0025 m2.
     """
     _settle(values, body.mass, MASS(rng))
-    mass = _known(body.mass, values) or 1.0
+    mass = body.mass.known_value(values) or 1.0
     for formula in body.moments:
         _settle(values, formula, float(rng.uniform(-0.1, 0.1)) * (1.0 if body.central else mass))
-    moments = [_known(formula, values) or 0.0 for formula in body.moments]
+    moments = [formula.known_value(values) or 0.0 for formula in body.moments]
     square = sum(x * x for x in moments)
     for k, (m, n) in enumerate(PAIRS):
         about_centre = rng.uniform(1.0, 1.3) if k in DIAGONAL else rng.uniform(-0.05, 0.05)
@@ -147,26 +146,13 @@ def _settle_body(values: ParameterValues, body: Body, rng: np.random.Generator) 
         _settle(values, body.inertia[k], float(0.05 * mass * about_centre + shift))
 
 
-def _known(formula: Formula, values: Mapping[str, float]) -> float | None:
-    if not formula.names <= values.keys():
-        return None
-    try:
-        return formula.value(values)
-    except FormulaError:
-        return None
-
-
 def _undefined_cell(machine: Machine, values: ParameterValues) -> str:
     """Return the first cell without a finite real value; empty where all have one. Those of variables are left out."""
     for j, joint in enumerate(machine.joints, start=1):
         for _, formula in cells(joint):
-            if formula.names.isdisjoint(machine.variables) and _known(formula, values) is None:
+            if formula.names.isdisjoint(machine.variables) and formula.known_value(values) is None:
                 return f"joint {j} ({joint.name}), {formula}"
-    if machine.floating:
-        for cell, formula in cells(machine.floating.body):
-            if _known(formula, values) is None:
-                return f"base, {cell.label}"
-    for cell, formula in cells(machine.base):
-        if _known(formula, values) is None:
+    for cell, formula in (pair for owner in (*machine.free_bodies, machine.base) for pair in cells(owner)):
+        if formula.known_value(values) is None:
             return cell.column.key
     return ""

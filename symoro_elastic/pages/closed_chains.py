@@ -50,9 +50,11 @@ def closed_chain_lines(found: ClosedChain) -> Iterator[str]:
     machine = found.machine
     if machine.is_coupled:
         yield ""
-        yield f"independent variables (q): {_variables(machine, machine.moving)}"
+        yield f"independent variables (q): {_variables(machine, machine.independent)}"
         if machine.dependent:
-            argument = "q_dep, of assemble" if _is_assembled(found) else "by closed forms"
+            argument = (
+                "q_dep, of assemble" if any(loop.plan.is_assembled for loop in found.loops) else "by closed forms"
+            )
             yield f"dependent variables ({argument}): {_variables(machine, machine.dependent)}"
         yield f"motors (tau): {', '.join(joint.name for joint in machine.motor_joints) or 'none'}"
     if found.driven < len(machine.motors):
@@ -65,15 +67,11 @@ def closed_chain_lines(found: ClosedChain) -> Iterator[str]:
     yield from (_rotor_line(rotor) for rotor in found.rotors if not math.isinf(rotor.speed))
     idle = [f"{rotor.joint}{_body(rotor)}" for rotor in found.rotors if math.isinf(rotor.speed)]
     if idle:
-        yield f"  at no speed, as no joint that moves feels the moment, or others feel more: {', '.join(idle)}"
+        yield f"  at no speed, because the moment acts on no moving joint, or others change more: {', '.join(idle)}"
 
 
 def _variables(machine: Machine, joints: Iterable[int]) -> str:
     return ", ".join(f"{machine.joint(j).variable} of {machine.joint(j).name}" for j in joints) or "none"
-
-
-def _is_assembled(found: ClosedChain) -> bool:
-    return any(loop.plan.is_assembled for loop in found.loops)
 
 
 def _sharing(machine: Machine) -> str:
@@ -121,7 +119,7 @@ def closed_chain_json(found: ClosedChain) -> dict[str, Any]:
     """Couplings, loops, rotors and motors as plain data."""
     machine = found.machine
     return {
-        "variables": {machine.joint(j).name: machine.joint(j).variable for j in machine.owners},
+        "variables": {machine.joint(j).name: machine.joint(j).variable for j in machine.with_variable},
         "dependent": [machine.joint(j).name for j in machine.dependent],
         **{kind.value: [x.name for x in machine.joints if x.kind is kind] for kind in (Kind.COUPLED, Kind.CUT)},
         "freedoms_driven": found.driven,

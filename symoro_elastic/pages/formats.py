@@ -4,14 +4,49 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from symoro_elastic.machine.formats.keys import Section
-from symoro_elastic.machine.formats.motion_keys import OF_MOTION
-from symoro_elastic.machine.formats.par_keys import KEYS, Place
-from symoro_elastic.machine.formats.toml_keys import SCENE, SECTIONS
+from symoro_elastic.analysis.time_series.named_columns import NAMED_COLUMNS
+from symoro_elastic.formats.par.keys import KEYS, Place
+from symoro_elastic.formats.reading import FORMATS
+from symoro_elastic.formats.robots.distal_columns import COLUMNS, SCALES
+from symoro_elastic.formats.toml.key import Section
+from symoro_elastic.formats.toml.keys import SCENE, SECTIONS
+from symoro_elastic.formats.toml.motion_keys import OF_MOTION
 from symoro_elastic.machine.formula import FUNCTIONS, PI
-from symoro_elastic.reports import robot_formats
-from symoro_elastic.reports.robot_formats import distal_columns
-from symoro_elastic.time_series.column_names import NAMED_COLUMNS
+
+URDF = """## Robots in URDF (`.urdf`)
+
+Read by every command, and written by `convert`: [from a URDF to an elastic arm](robots.md). The table is exact but for
+rounding; `convert --snap` makes it simpler, `--elastic JOINT=K:IA` puts springs behind motors.
+
+| element | read as |
+| --- | --- |
+| `<link>`, `<inertial>` | body; without it, a frame without mass. `mass` and `ixx iyy izz` must be given |
+| `<joint type>` | `revolute`, `continuous`, `prismatic`: a motor; `fixed`: merged, a leaf is a fixed row |
+| `floating` | the base floats: for the only child of the root. `planar` is refused |
+| `<axis>` | direction, of any length but 0 |
+| `<dynamics>` | `damping`: viscous friction, `friction`: dry friction |
+| `<mimic>` | a coupled row, `multiplier` times the variable of the other joint plus `offset` |
+| `<transmission>` | `drake:rotor_inertia` times the square of `drake:gear_ratio`: rotor inertia |
+
+Frame 0 is that of the root link, gravity is [0, 0, -9.81] in it. Limits, shapes and materials are not part of a model.
+Written are machines of motors, fixed frames and joints that follow one other in proportion, with values for all
+parameters; a link has the frame of its row.
+"""
+MJCF = """## Robots in MJCF (`.xml`)
+
+Read by every command through the package mujoco (`pip install 'symoro-elastic[mjcf]'`), not written: [what becomes of
+its elements](robots.md#robots-in-mjcf). Frame 0 is that of the world, or of the body that floats; gravity is that of
+`<option>`. Parts and meshes are read in the folder of the file only. Names of rows are those of joints, and of bodies
+that are fixed and carry nothing; where the file gives none, `<body>_joint` and `body<number>`.
+"""
+DISTAL = """## Standard Denavit-Hartenberg tables (`.csv`)
+
+A header line that names the columns, then a row for each joint of a chain, separated by commas: A = Rot(z, theta)
+Trans(z, d) Trans(x, a) Rot(x, alpha), the joint about or along z of the frame before, the link in the frame after.
+Cells are numbers or formulas of numbers, empty ones zero; lines that begin with # are comments. A unit may follow the
+name of a column in brackets: {units}. The last frame is `tool`, gravity is
+[0, 0, -9.81]. Such tables are read, not written; the machine has the modified parameters of the same robot.
+"""
 
 INTRODUCTION = f"""# File formats
 
@@ -70,27 +105,45 @@ parallelogram = { cut = "pin", meets = "pin_end", start = { q2 = 1.0, q3 = 1.5, 
 """
 PAR = """## Machine file of SYMORO (`.par`)
 
-`key = value` and `key = {v1, v2, ...}`; comments are `(* ... *)`. What SYMORO's format lacks stands in comments
-`(*! key = value *)`, whose values are texts, lists `{a, b}` and tables `{a = b}`. Inertias are about the origin of the
-frame. Names in the table that are no joint variables are parameters. A comment `(* Robotname = 'RX90' *)` names the
-machine.
+`key = value` and `key = {v1, v2, ...}`; comments are `(* ... *)`. Inertias are about the origin of the frame. Names in
+the table that are not joint variables are parameters. A comment `(* Robotname = 'RX90' *)` names the machine.
+
+### What SYMORO's format lacks
+
+Comments that begin with `(*toml` hold TOML, with the tables and keys of a machine file in TOML: names of joints, values
+and units of parameters, damping, gear ratios, loops, the scene and the rest. SYMORO skips each line in which a comment
+begins, and no others, so every line of TOML is a comment of its own.
+
+```
+(*toml joints = [{ name = "shoulder" }, { name = "elbow" }] *)
+(*toml [parameters] *)
+(*toml L2 = { value = 0.35, unit = "m" } *)
+(*toml [springs] *)
+(*toml elbow = { damping = "d2" } *)
+```
+
+A row of `joints` is given for each joint or for none, with `name` and, where several names in its cell may be meant,
+`variable`. Where cut joints are not the last rows of a table, `joints` has its order and `[loops]` names `cut` and
+`meets`; else both may be left out. `[parameters]` orders the parameters where it names all of them. A number stands in
+a list or in TOML, not in both; a body about its centre of mass stands in both, and they must agree. In texts `*)` is
+written `*\\u0029`.
+
+Lines `(*! key = value *)`, which earlier versions wrote, are still read; writing the machine turns them into TOML.
 
 ### Couplings in `.par`
 
 A cell may hold the variables of other joints. A row with a motor or a spring (`mu = 1` or `eta = 1`) owns the name in
 its cell that no other row owns; with `mu = 0` a row is passive where its cell holds a name of its own, else it is
 coupled: `theta = {q1, N2*q1}` with `mu = {1, 0}` is a gear. A name that also stands where no variable can stand, such
-as in `d`, is a parameter; so are the names in the lines `values`, `units` and `parameters`. What stays in doubt is
-refused, and the line `variable` says what is meant.
+as in `d`, is a parameter; so are the names in `[parameters]`. What stays in doubt is refused, and `variable` says what
+is meant.
 
 ### Closed loops in `.par`
 
 NL bodies and NJ joints make B = NJ - NL closed loops and NF = NJ + B frames. Rows NL + 1 to NJ are the cut joints,
 which carry no body, rows NJ + 1 to NF in the same order the frames that they meet, with sigma = 2. Lists of bodies
 have NL entries, of joints NJ, of frames NF; `mu` and lists of bodies and joints may have any of the three: rows
-without an entry have 0. The passive joints of a loop are dependent, unless the line `loops` names others. `start` is
-one position for all loops; files without it are read too. The line `order` keeps the order of a table in which cut
-joints are not last.
+without an entry have 0. The passive joints of a loop are dependent, unless `[loops]` names others.
 """
 SERIES = """## Motions and measurements (`.csv`, `.npz`)
 
@@ -113,14 +166,22 @@ def formats_page() -> str:
     """The reference page."""
     blocks = [
         INTRODUCTION,
+        _table(("format of machines", "files", ""), _formats()),
         TOML,
         *(block for section in SECTIONS if section not in SCENES for block in _section(section)),
     ]
     blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:]]
     blocks += [*(block for section in OF_MOTION for block in _section(section)), PAR, *_par()]
-    blocks += [*robot_formats.blocks(), _table(("column", "unit", "default", "meaning", "example"), distal_columns())]
+    blocks += [*_robot_blocks(), _table(("column", "unit", "default", "meaning", "example"), distal_columns())]
     blocks += [SERIES, _table(("column", "units", "meaning", "example"), _columns())]
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
+
+
+def _formats() -> Iterator[tuple[str, str, str]]:
+    """Name, suffixes and use of every format."""
+    for form in FORMATS:
+        use = "read and written" if form.write else "read"
+        yield form.title, ", ".join(f"`{suffix}`" for suffix in form.suffixes), use
 
 
 def _section(section: Section) -> list[str]:
@@ -158,3 +219,18 @@ def _columns() -> Iterator[Sequence[str]]:
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     lines = [head, ["---"] * len(head), *rows]
     return "\n".join(f"| {' | '.join(line)} |".replace("|  |", "| |") for line in lines)
+
+
+# The part of the reference of file formats that is about robots as links and joints, and about distal tables.
+def _robot_blocks() -> Iterator[str]:
+    """The sections on URDF, on MJCF and on distal tables."""
+    yield URDF
+    yield MJCF
+    units = ", ".join(f"[{other}] for [{unit}]" for unit, others in SCALES.items() for other in others)
+    yield DISTAL.replace("{units}", units)
+
+
+def distal_columns() -> Iterator[Sequence[str]]:
+    """Rows of the columns of distal tables."""
+    for column in COLUMNS:
+        yield f"`{column.name}`", column.unit, column.default, column.meaning, f"`{column.example}`"

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from itertools import groupby
 
 from symoro_elastic.models.catalogue import MODELS, Model
+from symoro_elastic.pages.show import NOTES
 from symoro_elastic.quantities import INTERMEDIATES
-from symoro_elastic.reports.tables import NOTES
 
 HEAD = """# Models
 

@@ -1,20 +1,17 @@
-"""Tables for the terminal, and the same figures as plain data for `--json`."""
+"""Tables for the terminal, and the same values as plain data for `--json`."""
 
 from __future__ import annotations
 
 import math
 import textwrap
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from symoro_elastic.codegen.described import SINGULAR
+from symoro_elastic.codegen.package_context import SINGULAR
+from symoro_elastic.foundation.results import Table, plain
 from symoro_elastic.models.catalogue import MODELS, Model
 from symoro_elastic.models.joint_axes import PlacedMachine
 from symoro_elastic.quantities import MOTION
-
-if TYPE_CHECKING:
-    pass
-
 
 MOVES = ("turns about", "slides along", "is fixed, z:")
 DIRECTIONS: dict[tuple[float, ...], str] = {
@@ -24,11 +21,9 @@ DIRECTIONS: dict[tuple[float, ...], str] = {
 ROUNDING = 1e-12
 
 
-def axes_table(placed: PlacedMachine) -> Any:
-    """Origin and axis of each joint in frame 0; `-` where they depend on parameters without value."""
-    from rich.table import Table
-
-    table = Table("j", "name", "q", "origin x, m", "y, m", "z, m", "it", "this axis")
+def axes_table(placed: PlacedMachine, title: str = "") -> Table:
+    """Return origin and axis of each joint in frame 0; `-` where they depend on parameters without value."""
+    table = Table(("j", "name", "q", "origin x, m", "y, m", "z, m", "it", "this axis"), title=title, keys=2)
     size = max((abs(x) for one in placed.joints for x in one.origin if not math.isnan(x)), default=0.0)
     for j, one in enumerate(placed.joints, start=1):
         q = _number(placed.q[one.joint.name]) if one.joint.name in placed.q else ""
@@ -39,15 +34,12 @@ def axes_table(placed: PlacedMachine) -> Any:
 
 def position_json(placed: PlacedMachine) -> dict[str, float | None]:
     """The position by joint, rad or m."""
-    return {name: _finite(x) for name, x in placed.q.items()}
+    return dict(plain(placed.q))
 
 
 def axes_json(placed: PlacedMachine) -> dict[str, Any]:
     """Origin, m, and axis of each joint in frame 0, null where they depend on parameters without value."""
-    return {
-        one.joint.name: {"origin": list(map(_finite, one.origin)), "axis": list(map(_finite, one.axis))}
-        for one in placed.joints
-    }
+    return {one.joint.name: {"origin": plain(one.origin), "axis": plain(one.axis)} for one in placed.joints}
 
 
 def _direction(axis: Sequence[float]) -> str:
@@ -63,10 +55,6 @@ def _cleared(x: float, size: float) -> float:
 
 def _number(x: float) -> str:
     return "-" if math.isnan(x) else f"{x + 0.0:.6g}"
-
-
-def _finite(x: float) -> float | None:
-    return None if math.isnan(x) else x
 
 
 def catalogue_json() -> dict[str, Any]:

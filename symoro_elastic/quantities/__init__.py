@@ -11,15 +11,7 @@ from collections.abc import Iterable, Iterator
 
 from symoro_elastic.quantities import closed_chains, intermediates, signatures, time_steps
 from symoro_elastic.quantities.intermediates import COEFFICIENT, DERIVATIVE, FUNCTIONS, PREFIXES
-from symoro_elastic.quantities.quantity import (
-    Intermediate,
-    Quantity,
-    Role,
-    Samples,
-    cited,
-    derivative,
-    numbers_cited,
-)
+from symoro_elastic.quantities.quantity import Intermediate, Quantity, Role, Samples, citation, derivative
 from symoro_elastic.quantities.signatures import HIGHEST_DERIVATIVE, MOTION, VELOCITIES
 from symoro_elastic.quantities.units import PairUnit, Unit
 
@@ -30,10 +22,10 @@ __all__ = [
     "HIGHEST_DERIVATIVE",
     "INTERMEDIATES",
     "MOTION",
+    "OF_JOINTS",
     "ON_BASE",
     "PREFIXES",
     "QUANTITIES",
-    "STATE",
     "VELOCITIES",
     "Intermediate",
     "PairUnit",
@@ -41,10 +33,9 @@ __all__ = [
     "Role",
     "Samples",
     "Unit",
-    "cited",
+    "citation",
     "derivative",
     "is_intermediate",
-    "numbers_cited",
     "quantity",
     "words",
 ]
@@ -67,22 +58,24 @@ QUANTITIES: dict[str, Quantity] = {
 }
 """Arguments and results, and what derivatives are taken by; derivatives themselves are composed by `quantity`."""
 INTERMEDIATES: list[Intermediate] = list(intermediates.ROWS)
-STATE: tuple[Quantity, ...] = signatures.OF_JOINTS
-"""Arguments that make up the state of a machine, in the order in which test states are drawn."""
+OF_JOINTS: tuple[Quantity, ...] = signatures.OF_JOINTS
+"""Blocks of the state that every machine has, in the order in which test states are drawn."""
 ON_BASE: tuple[Quantity, ...] = signatures.ON_BASE
-"""Arguments that belong to a floating base."""
+"""Arguments that belong to a base that moves freely."""
 
 
 def quantity(name: str, own: Iterable[Quantity] = ()) -> Quantity:
     """The row of an argument or result; `own` are rows that stand for those of the same names.
 
-    `dtau_dq` is composed of the rows of tau and q. Raises `KeyError`.
+    `dtau_dq` is composed of the rows of tau and q. Raises `LookupError` where no row has the name.
     """
     rows = QUANTITIES | {row.name: row for row in own}
     of, _, by = name.removeprefix("d").partition("_d")
-    if name in rows or of not in rows or by not in rows:
+    if name in rows:
         return rows[name]
-    return derivative(rows[of], rows[by])
+    if of in rows and by in rows:
+        return derivative(rows[of], rows[by])
+    raise LookupError(f"{name}: no row of the table of quantities has this name: add it to quantities/signatures.py")
 
 
 def words() -> Iterator[str]:

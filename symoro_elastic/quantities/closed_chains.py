@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symoro_elastic.quantities.quantity import Quantity
-from symoro_elastic.quantities.signatures import BOTH, RESULT
+from symoro_elastic.quantities.signatures import BOTH, CARRIED, RESULT
 from symoro_elastic.quantities.units import ACCELERATION, FORCE, POSITION, VELOCITY
 
 OF_CLOSED_CHAINS = (
@@ -13,12 +13,12 @@ OF_CLOSED_CHAINS = (
         symbol="d",
         unit=POSITION,
         shape="d",
-        roles=BOTH,
+        roles=(*BOTH, *CARRIED),
         plural="dependent variables",
     ),
     Quantity(
         name="x",
-        meaning="own variables of all joints, dependent ones too",
+        meaning="joint coordinates of all joints, dependent ones too",
         symbol="x",
         unit=POSITION,
         shape="joints",
@@ -26,7 +26,7 @@ OF_CLOSED_CHAINS = (
     ),
     Quantity(
         name="residual",
-        meaning="length of what stays open of all loops: distances in m and small angles in rad",
+        meaning="length of the closing errors of all loops: distances in m and small angles in rad",
         symbol="r",
         unit=None,
         shape="1",

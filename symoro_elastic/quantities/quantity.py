@@ -18,6 +18,10 @@ class Role(Enum):
     RESULT = "result"
     COLUMN = "column"
     INTERMEDIATE = "intermediate"
+    STATE = "state"
+    """A block of the state of a machine: in test states, trajectories and calls."""
+    CARRIED = "carried"
+    """A block of the state that a time step takes further."""
 
 
 @dataclass(frozen=True)
@@ -206,14 +210,6 @@ def time_derivative(of: Quantity, order: int, meaning: str) -> Quantity:
     )
 
 
-def cited(equations: Iterable[int]) -> str:
+def citation(equations: Iterable[int]) -> str:
     """Equation numbers as they are cited: `[28], [50]`."""
     return ", ".join(f"[{number}]" for number in equations)
-
-
-def numbers_cited(text: str) -> tuple[int, ...]:
-    """Equation numbers of a text that cites them, ranges written out: 8 and 12 to 14 of `[8], [12]-[14]`."""
-    found: list[int] = []
-    for first, last in re.findall(r"\[(\d+)\](?:-\[(\d+)\])?", text):
-        found += range(int(first), int(last or first) + 1)
-    return tuple(found)

@@ -86,10 +86,10 @@ def same(unit: str) -> Unit:
 
 def quotient(over: str, under: str) -> str:
     """Quotient of two units: `N m s/rad` for `N m` over `rad/s`."""
-    return written(product((_factors(over) or {}, 1), (_factors(under) or {}, -1)))
+    return unit_text(product((_factors(over) or {}, 1), (_factors(under) or {}, -1)))
 
 
-def written(powers: Powers) -> str:
+def unit_text(powers: Powers) -> str:
     """The text of a product of powers of units: `kg m/s2`."""
     above = [_power(name, power) for name, power in powers.items() if power > 0]
     below = [_power(name, -power) for name, power in powers.items() if power < 0]
@@ -121,7 +121,7 @@ def _fractions(powers: Mapping[str, int]) -> Powers:
 
 
 def _factors(unit: str) -> Powers | None:
-    """Exponents of the words of a unit; None where it is no product and quotient of words."""
+    """Exponents of the words of a unit; None where it is not a product and quotient of words."""
     plain = _TIMES.sub(" ", "".join(SIGNS.get(sign, sign) for sign in unit)).strip()
     over, *under = (part.strip() for part in plain.split("/"))
     factors = [(_words(over), 1), *((_below(part), -1) for part in under)]

@@ -9,22 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TypeAlias, TypeGuard
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, nodes
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand, reachable
 from symoro_elastic.symbolic.functions import arc_tangent, sign, square_root
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    ATAN2,
-    COS,
-    MULTIPLY,
-    NEGATE,
-    SIGN,
-    SIN,
-    SQRT,
-    SUBTRACT,
-    SYMBOL,
-)
+from symoro_elastic.symbolic.operations import ADD, ATAN2, COS, MULTIPLY, NEGATE, SIGN, SIN, SQRT, SUBTRACT, SYMBOL
 
 CircularProduct: TypeAlias = tuple[str, Expression, str, Expression]
 """A product of two of sine and cosine: which, of which angle; cosines first."""

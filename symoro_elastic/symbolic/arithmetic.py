@@ -11,7 +11,7 @@ from fractions import Fraction
 from functools import cache, partial
 from typing import Any, Generic, TypeVar
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.expression import Constant, Expression, Graph, Operand, quotient, reachable
 from symoro_elastic.symbolic.finite_field import Point, Residue, circle_of_pi, circle_of_radians, random_radians
 from symoro_elastic.symbolic.operations import (
@@ -42,7 +42,7 @@ RATIONAL: Functions = {
 
 
 EXACT: Functions = {**RATIONAL, DIVIDE: quotient}
-"""The same for expressions and exact constants: the quotient of two integers is no float."""
+"""The same for expressions and exact constants: the quotient of two integers is not a float."""
 
 
 class Library(dict[str, Callable[..., Value]]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate, nodes
 from symoro_elastic.symbolic.expression import Expression, Graph, Operand, operand, quotient, reachable
 from symoro_elastic.symbolic.operations import DIVIDE, OPERATIONS, SYMBOL
@@ -71,7 +71,7 @@ def _derivative_of_reciprocal(node: Expression, tangent: Operand) -> Operand:
     return -quotient(node * tangent * node, node.operands[0])
 
 
-def substituted(graph: Graph, roots: Iterable[Scalar], values: Mapping[str, Scalar]) -> list[Operand]:
+def substitute(graph: Graph, roots: Iterable[Scalar], values: Mapping[str, Scalar]) -> list[Operand]:
     """Expressions with some variables replaced."""
     roots = list(roots)
     symbols: dict[str, Operand] = {x.operands[0]: x for x in reachable(roots) if x.operation == SYMBOL}

@@ -10,16 +10,7 @@ from collections.abc import Callable
 from numbers import Number
 
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, Library
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    DIVIDE,
-    MULTIPLY,
-    NEGATE,
-    OPERATIONS,
-    SUBTRACT,
-    Functions,
-    Value,
-)
+from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT, Functions, Value
 
 
 class Dual:

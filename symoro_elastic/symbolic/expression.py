@@ -14,16 +14,8 @@ from fractions import Fraction
 from numbers import Rational
 from typing import Any, TypeAlias, final
 
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.symbolic.operations import (
-    ADD,
-    DIVIDE,
-    MULTIPLY,
-    NEGATE,
-    PI,
-    SUBTRACT,
-    SYMBOL,
-)
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, PI, SUBTRACT, SYMBOL
 
 Constant: TypeAlias = int | Fraction
 Operand: TypeAlias = "Expression | int | Fraction"
@@ -171,7 +163,7 @@ class Expression:
 
 
 def exact(x: Scalar) -> Constant | None:
-    """An exact constant; None for what is no number of Python's."""
+    """An exact constant; None for what is not a number of Python's."""
     if type(x) is int or type(x) is Fraction:
         return x
     return Fraction(x) if isinstance(x, float | Rational) else None

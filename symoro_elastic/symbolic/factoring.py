@@ -41,7 +41,7 @@ from itertools import combinations
 from operator import attrgetter
 from typing import NamedTuple, Protocol, TypeAlias
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import EXACT
 from symoro_elastic.symbolic.expression import Expression, Level, Operand, quotient
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT
@@ -100,7 +100,7 @@ class NewValues:
 class Recipe(Protocol):
     """Another way to compute a node."""
 
-    def made(self, value: NewValues) -> Operand:
+    def rebuilt(self, value: NewValues) -> Operand:
         """The node, from the new values of older nodes."""
 
 
@@ -115,7 +115,7 @@ class Rewriting(NamedTuple):
     recipes: Callable[[Uses], Recipes]
 
 
-def factored(roots: Sequence[Scalar], named: Collection[int]) -> tuple[dict[int, Operand], list[Expression]]:
+def factor_graph(roots: Sequence[Scalar], named: Collection[int]) -> tuple[dict[int, Operand], list[Expression]]:
     """New values of the roots and of the nodes whose number is `named`, and the nodes that the new roots need.
 
     Values are given for what the roots need, by number; nodes with a name stay whole.
@@ -139,7 +139,7 @@ def remade(nodes: Iterable[Expression], recipes: Recipes) -> NewValues:
     changed = value.changed
     for node in nodes:
         if node.id in recipes:
-            changed[node.id] = recipes[node.id].made(value)
+            changed[node.id] = recipes[node.id].rebuilt(value)
             continue
         for x in node.operands:
             if type(x) is Expression and x.id in changed:
@@ -164,7 +164,7 @@ class Quotient(NamedTuple):
     x: Operand
     y: Operand
 
-    def made(self, value: NewValues) -> Operand:
+    def rebuilt(self, value: NewValues) -> Operand:
         """The quotient of the new values."""
         return quotient(value(self.x), value(self.y))
 
@@ -202,12 +202,12 @@ class Product(NamedTuple):
     atoms: Sequence[Atom]
     parts: Sequence[Operand | Pair]
 
-    def made(self, value: NewValues) -> Operand:
+    def rebuilt(self, value: NewValues) -> Operand:
         """The product of the new values."""
         product: Operand = 1
         for atom in self.atoms:
             part = self.parts[atom]
-            product = (Product(part, self.parts).made(value) if isinstance(part, tuple) else value(part)) * product
+            product = (Product(part, self.parts).rebuilt(value) if isinstance(part, tuple) else value(part)) * product
         return product
 
 
@@ -320,7 +320,7 @@ class FactoredSum(NamedTuple):
     terms: Sequence[Term]
     products: Collection[Expression]
 
-    def made(self, value: NewValues) -> Operand:
+    def rebuilt(self, value: NewValues) -> Operand:
         """The sum of the new values."""
         factor, multiplied, others = value(self.factor), _Sum(), _Sum()
         for sign, x in self.terms:

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cache
 from numbers import Rational
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 
 PRIME = 4614990852022238441880510100949231999999
 ELL = 2305843009213693967

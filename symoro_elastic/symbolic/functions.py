@@ -11,7 +11,7 @@ import math
 from fractions import Fraction
 from typing import TypeAlias
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Graph, Operand, operand
 from symoro_elastic.symbolic.operations import ADD, ATAN2, COS, COSPI, MULTIPLY, NEGATE, PI, SIGN, SIN, SQRT, SUBTRACT
 
@@ -31,7 +31,7 @@ def cosine_sine(graph: Graph, angle: Scalar) -> Circle:
         else:
             point = _turned(point, _sampled(graph, base * abs(factor), factor))
     point = _turned(point, _rational_turn(graph, turns))
-    return point if halves is not None else _turned(point, _sampled_constant(graph, radians))
+    return point if halves is not None else _turned(point, _sampled(graph, abs(radians), radians))
 
 
 def square_root(graph: Graph, x: Scalar) -> Operand:
@@ -61,7 +61,7 @@ def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Operand:
 
 
 def turns_of(angle: Scalar) -> tuple[dict[Expression, Fraction], Fraction] | None:
-    """Terms of an angle that are no constants, with their factors, and its half turns; None for other constants."""
+    """Terms of an angle that are not constants, with their factors, and its half turns; None for other constants."""
     terms, radians = _linear_terms(operand(angle))
     halves = _half_turns(radians)
     if halves is None:
@@ -115,10 +115,6 @@ def _cospi(graph: Graph, halves: Fraction) -> Operand:
 def _sampled(graph: Graph, angle: Operand, sense: Fraction) -> Circle:
     sine = graph.node(SIN, angle)
     return graph.node(COS, angle), sine if sense > 0 else -sine
-
-
-def _sampled_constant(graph: Graph, radians: Fraction) -> Circle:
-    return _sampled(graph, abs(radians), radians)
 
 
 def _turned(point: Circle, by: Circle) -> Circle:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Expression, reachable
 from symoro_elastic.symbolic.operations import OPERATIONS, SYMBOL, Value

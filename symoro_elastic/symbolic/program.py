@@ -5,15 +5,15 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from string import ascii_lowercase
 from typing import NamedTuple, TypeAlias
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
-from symoro_elastic.symbolic.factoring import factored
+from symoro_elastic.symbolic.factoring import factor_graph
 from symoro_elastic.symbolic.operations import NEGATE, OPERATIONS, SYMBOL
 
 MAX_INLINE_DEPTH = 8
@@ -171,7 +171,7 @@ class Pruned:
 def prune(outputs: Iterable[Output], names: Names) -> Pruned:
     """Leave out what no output needs, and compute the rest with fewer products."""
     outputs = tuple(outputs)
-    values, nodes = factored([x for output in outputs for x in output.entries], names.labels.keys())
+    values, nodes = factor_graph([x for output in outputs for x in output.entries], names.labels.keys())
     return Pruned(tuple(_with_values(output, values) for output in outputs), names.moved(values), nodes)
 
 
@@ -340,6 +340,40 @@ def by_section(statements: Iterable[Statement]) -> list[tuple[Section, list[Stat
     return groups
 
 
-def saved(whole: OperationCount, asked: OperationCount) -> Mapping[str, int]:
+def saving(whole: OperationCount, asked: OperationCount) -> Mapping[str, int]:
     """Operations of each kind that `asked` does without."""
     return {f.name: getattr(whole, f.name) - getattr(asked, f.name) for f in fields(whole)}
+
+
+def rename_variables(program: Program, names: Mapping[str, str]) -> Program:
+    """Return the program with other names for some of its variables; expressions without them stay as they are."""
+    statements = (*program.once, *program.statements)
+    entries = [x for output in program.outputs for x in output.entries]
+    copies = _copies([*(statement.node for statement in statements), *entries], names)
+
+    def moved(x: Operand) -> Operand:
+        return copies.get(x.id, x) if isinstance(x, Expression) else x
+
+    def of(found: tuple[Statement, ...]) -> tuple[Statement, ...]:
+        return tuple(one._replace(node=copies.get(one.node.id, one.node)) for one in found)
+
+    return replace(
+        program,
+        inputs=tuple(replace(x, symbols=tuple(names.get(s, s) for s in x.symbols)) for x in program.inputs),
+        outputs=tuple(replace(x, entries=tuple(map(moved, x.entries))) for x in program.outputs),
+        once=of(program.once),
+        statements=of(program.statements),
+        used=frozenset(names.get(name, name) for name in program.used),
+    )
+
+
+def _copies(roots: list[Operand], names: Mapping[str, str]) -> dict[int, Expression]:
+    """Copies, with the same numbers, of the nodes that depend on variables with another name."""
+    copies: dict[int, Expression] = {}
+    for node in reachable(roots):
+        operands = tuple(copies.get(x.id, x) if isinstance(x, Expression) else x for x in node.operands)
+        if node.operation == SYMBOL:
+            operands = tuple(names.get(name, name) for name in node.operands)
+        if any(new is not old for new, old in zip(operands, node.operands, strict=True)):
+            copies[node.id] = Expression(node.graph, node.operation, operands, node.id, node.level)
+    return copies

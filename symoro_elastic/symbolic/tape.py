@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Generic
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, Number
 from symoro_elastic.symbolic.expression import Expression, reachable
 from symoro_elastic.symbolic.operations import SYMBOL

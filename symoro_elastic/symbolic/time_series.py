@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand, operand, quotient, reachable
 from symoro_elastic.symbolic.operations import (
     ADD,

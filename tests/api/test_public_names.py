@@ -9,9 +9,9 @@ import sys
 import pytest
 
 import symoro_elastic
-from symoro_elastic.api.arguments import argument, with_arguments
+from symoro_elastic.api.checked_calls import argument, with_arguments
 from symoro_elastic.cli import cli
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 FUNCTIONS = [name for name in symoro_elastic.__all__ if inspect.isfunction(getattr(symoro_elastic, name))]
 
@@ -20,7 +20,8 @@ def test_importing_loads_nothing() -> None:
     """Modules are counted, not seconds."""
     code = "import sys; before = set(sys.modules); import symoro_elastic; print(*sorted(set(sys.modules) - before))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert {m for m in ran.stdout.split() if m.split(".")[0] not in sys.stdlib_module_names} == {"symoro_elastic"}
+    version = {"symoro_elastic", "symoro_elastic.foundation", "symoro_elastic.foundation.version"}
+    assert {m for m in ran.stdout.split() if m.split(".")[0] not in sys.stdlib_module_names} == version
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from tests.golden import ROOT
 
 PLANAR = str(ROOT / "examples" / "planar_2r.toml")
@@ -42,7 +42,7 @@ def test_tables_of_python_are_refused_as_files_are() -> None:
     wrong = {**PENDULUM, "bodies": {"swing": {"mass": "two"}}}
     with pytest.raises(se.InputError, match=r"^machine: joint 1 \(swing\), mass: "):
         se.read(wrong)
-    with pytest.raises(se.InputError, match="set is no value of a table"):
+    with pytest.raises(se.InputError, match="set is not a value of a table"):
         se.read({**PENDULUM, "notes": {"a", "b"}})
 
 
@@ -112,9 +112,10 @@ def test_generate_writes_what_the_command_writes(tmp_path: Path) -> None:
 def test_analyses_take_the_operating_point_by_name(two_axis: Any) -> None:
     pytest.importorskip("scipy")
     found = se.modes(two_axis, hold="all")  # type: ignore[typeddict-item]
-    from symoro_elastic.vibration.equilibrium import equilibrium
-    from symoro_elastic.vibration.linearization import linearize, motion_of, with_motors
-    from symoro_elastic.vibration.modes import modes
+    from symoro_elastic.analysis.vibration.linearization import linearize, with_motors
+    from symoro_elastic.analysis.vibration.modes import modes
+    from symoro_elastic.numerics.motion.equations_of_motion import motion_of
+    from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
     motion = motion_of(read_machine(TWO_AXIS)[0], {})
     linear = linearize(motion, equilibrium(motion, {}, {}))
@@ -150,13 +151,13 @@ def test_wrong_arguments_are_named_as_arguments(two_axis: Any) -> None:
         se.generate(two_axis, targets="fortran")
     with pytest.raises(se.InputError, match=r"^symoro_elastic: at: \[0, 1\] gives no numbers by name"):
         se.modes(two_axis, at=[0, 1])  # type: ignore[typeddict-item]
-    with pytest.raises(se.InputError, match=r"at: 'motor_x': 'a' is no number"):
+    with pytest.raises(se.InputError, match=r"at: 'motor_x': 'a' is not a number"):
         se.modes(two_axis, at={"motor_x": "a"})  # type: ignore[typeddict-item]
-    with pytest.raises(se.InputError, match=r"machine: int is no machine"):
+    with pytest.raises(se.InputError, match=r"machine: int is not a machine"):
         se.read(3)
     with pytest.raises(se.InputError, match=r"elastic: \['elbow'\] gives no stiffness"):
         se.read(ROOT / "examples" / "pendant_arm.urdf", elastic=["elbow"])  # type: ignore[arg-type]
-    with pytest.raises(se.InputError, match=r"position: 1.0 is no range"):
+    with pytest.raises(se.InputError, match=r"position: 1.0 is not a range"):
         se.excite(two_axis, 1.0, 1.0, 1.0)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="att"):
         se.modes(two_axis, att={})  # type: ignore[call-arg]

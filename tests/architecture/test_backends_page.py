@@ -10,6 +10,7 @@ from tests.documented_pages import beside_examples, wrong_blocks
 from tests.golden import ROOT
 
 
+@pytest.mark.thorough
 def test_programs_print_what_the_page_shows(tmp_path: Path) -> None:
     pytest.importorskip("casadi")
     jax = pytest.importorskip("jax")

@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.formats import read_machine, toml
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.loops.plan import FORMS, Form
-from symoro_elastic.traced import traced
+from symoro_elastic.models.traced import trace_models
 from tests.closed_chains.machines import machine
 from tests.golden import ROOT
 
@@ -24,13 +25,14 @@ def snippets(language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("program", snippets("python"))
 def test_programs_run(program: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (bars,) = (toml.read(text, "four_bar.toml") for text in snippets("toml"))
     for described, models in ((bars, MODELS), (machine("ring"), ("direct_dynamics", "assemble"))):
         folder = tmp_path / "generated" / described.name
         folder.mkdir(parents=True)
-        for name, text in render_numpy(traced(described, Scene(models)).package).items():
+        for name, text in render_numpy(trace_models(described, Scene(models)).package).items():
             (folder / name).write_text(text, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     for name in [name for name in sys.modules if name.partition(".")[0] == "generated"]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from symoro_elastic import packages
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation import packages
+from symoro_elastic.foundation.errors import InputError
 
 MISSING = ModuleNotFoundError("No module named 'scipy'", name="scipy")
 BROKEN = ImportError("libopenblas.so: failed to map segment from shared object")

@@ -11,9 +11,11 @@ from pathlib import Path
 import pytest
 
 from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.reports.models_page import models_page
+from symoro_elastic.pages.models_page import models_page
 from tests.documented_pages import beside_examples, runs, wrong_blocks
 from tests.golden import ROOT
+
+pytestmark = pytest.mark.sampled(5)
 
 PAGES = ("index", "machine_tool", "identification", "robots", "cpp", "cuda", "fmu", "sweeps", "batches")
 NEEDED = {"robots": ("mujoco",), "fmu": ("fmpy",)}
@@ -45,7 +47,7 @@ def test_commands_and_programs_print_what_is_shown(page: str, tmp_path: Path) ->
 def test_every_page_with_programs_is_run() -> None:
     pages = {path.stem for path in (ROOT / "docs").glob("*.md") if runs(path.read_text(encoding="utf-8"))}
     assert pages <= {*PAGES, *ELSEWHERE}
-    assert all((ROOT / "tests" / "house" / f"{name}.py").is_file() for name in ELSEWHERE.values())
+    assert all((Path(__file__).parent / f"{name}.py").is_file() for name in ELSEWHERE.values())
 
 
 def test_the_page_of_models_has_every_model() -> None:
@@ -53,6 +55,7 @@ def test_the_page_of_models_has_every_model() -> None:
     assert all(f"### `{name}`" in page for name in MODELS)
 
 
+@pytest.mark.thorough
 def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
     """Strictly: a link that leads nowhere is an error."""
     pytest.importorskip("mkdocs")

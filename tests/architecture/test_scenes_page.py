@@ -37,6 +37,7 @@ def test_the_scene_is_that_of_the_examples() -> None:
     assert (EXAMPLES / "scenes" / "two_axis_move.toml").read_text(encoding="utf-8").endswith(SCENE)
 
 
+@pytest.mark.thorough
 def test_commands_print_what_the_page_shows(folder: Path) -> None:
     """Numbers to the last digit shown, texts but for times; the scene that `ladder` writes, the labels of the plot."""
     assert len(RUNS) >= 6

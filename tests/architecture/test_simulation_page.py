@@ -12,13 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.machine.formats import read_machine, toml
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine, Orientation
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import Traced, trace_models
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.traced import Traced, traced
 from tests.golden import ROOT
 
 PAGE = (ROOT / "docs" / "simulation.md").read_text(encoding="utf-8")
@@ -34,7 +35,7 @@ def machine() -> Machine:
 
 @cache
 def asked() -> Traced:
-    return traced(machine(), Scene(models=("direct_dynamics",), steps=("w2", "w3", "rk4")))
+    return trace_models(machine(), Scene(models=("direct_dynamics",), steps=("w2", "w3", "rk4")))
 
 
 @cache
@@ -42,7 +43,7 @@ def floating(turned: Orientation = Orientation.QUATERNION) -> Traced:
     found = read_machine(ROOT / "examples" / "floating_arm.toml")[0]
     assert found.floating is not None
     described = replace(found, floating=replace(found.floating, orientation=turned))
-    return traced(described, Scene(models=("direct_dynamics",), steps=("w3",)))
+    return trace_models(described, Scene(models=("direct_dynamics",), steps=("w3",)))
 
 
 @pytest.fixture
@@ -107,5 +108,5 @@ def test_tables_are_read() -> None:
     text = (ROOT / "examples" / "two_axis.toml").read_text(encoding="utf-8")
     assert "[friction]" not in text and "[scene]" not in text
     found = toml.read(f"{text}\n{scene}\n{friction}", "two_axis.toml")
-    assert found.scene is not None and found.scene.steps == ("w3",)
+    assert found.asked.scene is not None and found.asked.scene.steps == ("w3",)
     assert not found.joint(2).friction.creep.is_zero or any(not row.friction.creep.is_zero for row in found.joints)

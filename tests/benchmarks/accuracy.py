@@ -18,14 +18,14 @@ import numpy as np
 
 from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.degenerate import degeneracies
-from symoro_elastic.numerics.accuracy import Errors, measure, rounded, rounded_values
-from symoro_elastic.numerics.arrays import evaluated
-from symoro_elastic.numerics.states import States, extreme_states, moderate_states
+from symoro_elastic.numerics.arrays import evaluate_arrays
 from symoro_elastic.numerics.values import given_values
+from symoro_elastic.numerics.verification.accuracy import Errors, measure, round_states, rounded_values
+from symoro_elastic.numerics.verification.states import States, extreme_states, moderate_states
 from tests.extremes import states as at
 from tests.extremes.brackets import bracketed
 from tests.extremes.code import AS_RECOMMENDED, BOTH, compiled
@@ -79,9 +79,9 @@ def chains(asked: argparse.Namespace) -> list[Row]:
             for model in BOTH if asked.links <= 100 else (DIRECT,):
                 traced = trace(machine, model)
                 for precision in (DOUBLE, SINGLE):
-                    states = rounded(at.gentle(machine, asked.few), precision)
+                    states = round_states(at.gentle(machine, asked.few), precision)
                     values = rounded_values(given_values(machine), precision)
-                    results = evaluated(traced, states, values, TYPES[precision.state])
+                    results = evaluate_arrays(traced, states, values, TYPES[precision.state])
                     found = measure(traced, results, states, values, precision)
                     rows.append(row(f"{asked.links} links, {masses}, {turns}, {precision.name}: {model}", found))
     return rows
@@ -96,7 +96,7 @@ def peers(asked: argparse.Namespace) -> list[Row]:
             states, values = at.gentle(machine, asked.few), given_values(machine)
             for model in BOTH if asked.links <= 100 else (DIRECT,):
                 traced = trace(machine, model)
-                ours = measure(traced, evaluated(traced, states, values, np.float64), states, values)
+                ours = measure(traced, evaluate_arrays(traced, states, values, np.float64), states, values)
                 theirs = measure(traced, of_pinocchio(machine, model, states), states, values)
                 what = f"{asked.links} links, {masses}, {turns}: {model}"
                 worst = {"ours, u": ours.worst, "Pinocchio, u": theirs.worst}

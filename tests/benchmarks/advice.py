@@ -10,17 +10,17 @@ import sys
 import tempfile
 from pathlib import Path
 
+from symoro_elastic.analysis.trade_off.compilation import parameters
+from symoro_elastic.analysis.trade_off.formulations import formulations
+from symoro_elastic.analysis.trade_off.trade import MEASURED_STATES
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.accuracy import UNSEEN, Reference, measure
 from symoro_elastic.numerics.implementations import c_code
-from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.trade_off.formulations import formulations
-from symoro_elastic.trade_off.running import parameters
-from symoro_elastic.trade_off.trade import MEASURED_STATES
+from symoro_elastic.numerics.verification.accuracy import UNSEEN, Reference, measure
+from symoro_elastic.numerics.verification.states import moderate_states
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MACHINES = ("planar_2r.toml", "two_axis.toml", "rx90.par", "flex4.par")

@@ -16,9 +16,10 @@ from typing import Any
 import jax
 import numpy as np
 
-from symoro_elastic.backends.arrays import on_arrays
-from symoro_elastic.backends.casadi_functions import casadi_functions
-from tests.backends.compared import (
+from symoro_elastic.codegen.backends.array_libraries import on_arrays
+from symoro_elastic.codegen.backends.casadi_functions import casadi_functions
+from tests.benchmarks.tables import print_table, progress, save_json
+from tests.codegen.backends.compared import (
     BOTH,
     GOLDEN_MACHINES,
     ULP,
@@ -31,7 +32,6 @@ from tests.backends.compared import (
     machine,
     on,
 )
-from tests.benchmarks.tables import print_table, progress, save_json
 
 QUICKLY = {"xla_cpu_use_fusion_emitters": False}
 """Options of XLA with which large functions compile in a fifth of the time, and run a little slower."""

@@ -14,8 +14,8 @@ import numpy as np
 
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.verification.states import moderate_states
 from tests.benchmarks.contest import Array, contest
 from tests.benchmarks.machines import MACHINES, example
 from tests.benchmarks.ours import AVX2, AVX512, PAIRS, Code, batch, code, scalar
@@ -24,12 +24,7 @@ from tests.benchmarks.tables import print_table, progress
 MODELS = ("direct_dynamics", "inverse_dynamics", "inertia_matrix", "inertia_matrix_packed")
 GOLDEN = ("ball_screw.toml", "flex4.par", "planar_2r.toml", "puma560.par", "rx90.par", "sr400.par")
 CALLS = {"AVX-512": AVX512, "AVX2": AVX2, "SSE2": ()}
-BATCHES = {
-    "AVX-512": AVX512,
-    "AVX-512 in pairs": PAIRS,
-    "AVX2": AVX2,
-    "SSE2": (),
-}
+BATCHES = {"AVX-512": AVX512, "AVX-512 in pairs": PAIRS, "AVX2": AVX2, "SSE2": ()}
 
 
 def main() -> None:

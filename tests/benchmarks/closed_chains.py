@@ -74,7 +74,7 @@ class Sample:
     def theirs(self, mu: float, steps: int) -> Contestant:
         from tests.benchmarks.peers import pinocchio_loops as peer
 
-        files = peer.written(self.tree, self.met)
+        files = peer.written(self.tree, self.met_frame)
         return peer.contestant(files, self.x_of_tree, peer.Proximal(mu, steps))
 
     def all(self, proximal: Sequence[tuple[float, int]]) -> list[Contestant]:
@@ -164,7 +164,7 @@ def near(described: Machine) -> Sample:
     known, rng = situations(described.name)[0], np.random.default_rng(0)
     variables = dict(zip(Chain(machine(described.name)).independent, known.state.u, strict=True))
     start = [variables[name] for name in Chain(described).independent]
-    elastic = [described.joint(j).kind is Kind.ELASTIC for j in described.moving]
+    elastic = [described.joint(j).kind is Kind.ELASTIC for j in described.independent]
     references, taus = [], []
     for _ in range(STATES):
         u = np.where(elastic, 0, start) + rng.uniform(-1, 1, len(elastic)) * np.where(elastic, 1e-3, 0.2)
@@ -197,8 +197,8 @@ def sampled(
 ) -> Sample:
     """All of the machine's states; `solved` is the table that the references have."""
     x, x_of_tree, wanted = [], [], []
-    independent = [described.articulated.index(j) for j in described.moving]
-    own = [described.articulated.index(j) for j in solved.owners]
+    independent = [described.articulated.index(j) for j in described.independent]
+    own = [described.articulated.index(j) for j in solved.with_variable]
     for (state, found), tau in zip(references, taus, strict=True):
         forces = np.zeros(len(described.articulated))
         forces[own] = found._passive_forces() + found.chain.spread_motors(list(tau))
@@ -206,7 +206,7 @@ def sampled(
         x_of_tree.append(np.concatenate([found.z[moving], found.zd[moving], forces]).astype(float))
         x.append(np.concatenate([state.u, state.ud, tau]))
         accelerations = found.direct(list(tau))
-        wanted.append([float(accelerations[solved.owners.index(j)]) for j in solved.moving])
+        wanted.append([float(accelerations[solved.with_variable.index(j)]) for j in solved.independent])
     met = [(loop.cut, loop.meets) for loop in described.loops]
     tree = free_tree(Chain(described), cut_joints=False)
     return Sample(described, tree, met, np.array(x), np.array(x_of_tree), np.array(wanted), independent)

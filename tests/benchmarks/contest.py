@@ -114,7 +114,7 @@ def contest(contestants: Sequence[Contestant], rounds: int) -> Times:
 
 
 def difference(found: Array, wanted: Array, parts: int = 1) -> float:
-    """Largest difference of a state's results, relative to its largest result; infinite for what is no number.
+    """Largest difference of a state's results, relative to its largest result; infinite for what is not a number.
 
     Results of several kinds are so many equal parts, each judged by its own largest.
     """

@@ -22,7 +22,6 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import TYPES, compile_library
 from symoro_elastic.codegen.local_names import of_own_results
 from symoro_elastic.codegen.package import Function, Package
@@ -30,10 +29,11 @@ from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, PRECISIONS, 
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.cuda import THREADS, render_cuda
 from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.traced import traced
 from tests.benchmarks import nvrtc
 from tests.benchmarks.cuda_driver import Device, DriverError
 from tests.benchmarks.machines import arm_6, arm_7, example, two_axis
@@ -66,7 +66,7 @@ class Case:
 
     @cached_property
     def package(self) -> Package:
-        return traced(MACHINES[self.title](), Scene(models=MODELS, steps=self.steps, fold=ALL)).package
+        return trace_models(MACHINES[self.title](), Scene(models=MODELS, steps=self.steps, fold=ALL)).package
 
     @property
     def dtype(self) -> Any:

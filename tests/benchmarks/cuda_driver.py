@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 
 DRIVERS = ("libcuda.so.1", "nvcuda.dll")
 MAJOR, MINOR = 75, 76

@@ -16,17 +16,17 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.embedded.report import code_report
+from symoro_elastic.codegen.embedded.tool_chain import tool_chain
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import SINGLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
-from symoro_elastic.embedded.report import code_report
-from symoro_elastic.embedded.tool_chain import tool_chain
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.traced import traced
 from tests.benchmarks.machines import example
 from tests.benchmarks.tables import print_table, progress
 
@@ -198,7 +198,7 @@ class Case:
         file, steps = MACHINES[name]
         self.machine: Machine = example(file)
         scene = Scene(models=("direct_dynamics", "inverse_dynamics"), steps=steps)
-        self.package: Package = traced(self.machine, scene).package
+        self.package: Package = trace_models(self.machine, scene).package
         self.files = render_c(self.package, SINGLE)
         self.name = f"{self.package.name}{SINGLE.suffix}"
 

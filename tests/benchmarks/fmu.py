@@ -21,17 +21,17 @@ from fmpy.build import build_platform_binary
 from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.fmu import Options
-from symoro_elastic.fmu.mock_up_unit import unit_of
-from symoro_elastic.fmu.programs import Programs, programs_of
-from symoro_elastic.machine.formats.reading import read
+from symoro_elastic.formats.reading import read
+from symoro_elastic.generation.fmu import Options
+from symoro_elastic.generation.fmu.mock_up_unit import unit_of
+from symoro_elastic.generation.fmu.programs import Programs, programs_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.models.packaging import reserved_words
 from tests.benchmarks.match import require_pinocchio
 from tests.benchmarks.tables import print_table, progress
-from tests.fmu.machines import EXAMPLES
-from tests.fmu.running import CO_SIMULATION, MODEL_EXCHANGE, Running, running
+from tests.generation.fmu.machines import EXAMPLES
+from tests.generation.fmu.running import CO_SIMULATION, MODEL_EXCHANGE, Running, running
 
 CASES = {
     "planar_2r": ("planar_2r.toml", Scene()),

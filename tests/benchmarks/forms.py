@@ -12,15 +12,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import INERTIA, RECURSION, Scene
 from symoro_elastic.models.catalogue import trace_scene
 from symoro_elastic.models.degenerate import SingularPivot
-from symoro_elastic.numerics.arrays import EXTENDED, evaluated
-from symoro_elastic.numerics.forms import WITHIN, Choice, chosen_form
-from symoro_elastic.numerics.states import States, moderate_states
+from symoro_elastic.numerics.arrays import EXTENDED, evaluate_arrays
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.verification.forms import WITHIN, Choice, chosen_form
+from symoro_elastic.numerics.verification.states import States, moderate_states
 from tests.benchmarks.machines import EXAMPLES, MACHINES, chain, example
 from tests.benchmarks.tables import print_table, progress
 from tests.references.random_machines import random_machine
@@ -76,12 +76,12 @@ def error(machine: Machine, form: str, states: States, values: dict[str, float])
     """Error in double precision that 99 of 100 states keep, at least half a unit of rounding."""
     (traced,) = trace_scene(machine, Scene(("direct_dynamics",), form=form))
     step = max(1, 1_000_000 // len(traced.program.nodes))
-    errors = [each(traced, states.part(slice(k, k + step)), values) for k in range(0, len(states), step)]
+    errors = [each(traced, states[k : k + step], values) for k in range(0, len(states), step)]
     return max(float(np.quantile(np.concatenate(errors), 0.99)), 2.0**-54)
 
 
 def each(traced, states: States, values: dict[str, float]):
-    exact, found = (evaluated(traced, states, values, kind) for kind in (EXTENDED, np.float64))
+    exact, found = (evaluate_arrays(traced, states, values, kind) for kind in (EXTENDED, np.float64))
     apart = [abs(found[name] - exact[name]).max(axis=1) / abs(exact[name]).max(axis=1) for name in exact]
     return np.maximum.reduce(apart).astype(float)
 

@@ -20,9 +20,9 @@ import numpy as np
 
 from symoro_elastic.codegen.compile import compile_library
 from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.pipeline import programs
 from tests.benchmarks.machines import chain
 from tests.benchmarks.ours import Code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json

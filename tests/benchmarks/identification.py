@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.identification.excitation import FourierMotion, Limits, random_motion
-from symoro_elastic.identification.identify import Identification, identify
-from symoro_elastic.identification.regression import ByLinearity, regressor
-from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
+from symoro_elastic.analysis.identification.excitation import FourierMotion, Limits, random_motion
+from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
+from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine, Spring
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.time_series.measurements import Measurements
 from tests.benchmarks.machines import Row, arm_6, built, example
 from tests.benchmarks.tables import print_table, progress, save_json
 
@@ -102,7 +102,7 @@ def rigid_6r(title: str) -> Case:
 
 def rigid_6r_with_friction(title: str) -> Case:
     machine = arm_6()
-    names = [joint.name for joint in machine.moving_joints]
+    names = [joint.name for joint in machine.independent_joints]
     sizes = ((20.0, 15.0), (18.0, 15.0), (9.0, 8.0), (3.0, 3.0), (2.0, 2.0), (1.0, 1.2))
     return rigid(title, with_friction(machine, dict(zip(names, sizes, strict=True))), ARM, [TURN / 2**17] * 6)
 

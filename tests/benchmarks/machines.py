@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
-from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.models.base_parameters import base_grouping
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WEIGHT = Base(gravity=(ZERO, ZERO, Formula.parse("-9.81")))
@@ -74,7 +74,7 @@ def chain(n: int) -> Machine:
 
 def with_base_parameters(machine: Machine) -> Machine:
     """The machine with base inertial parameters, and their values."""
-    return grouped(machine).machine
+    return base_grouping(machine).machine
 
 
 MACHINES: dict[str, Callable[[], Machine]] = {
@@ -114,7 +114,7 @@ WAIST: tuple[Part, ...] = (
     ("yaw", "0", 0, 0.08, 0.8),
     ("roll", "pi/2", 0, 0, 0.7),
     ("pitch", "-pi/2", 0, 0.04, 11.0),
-)
+)  # fmt: skip
 ARM: tuple[Part, ...] = (
     ("shoulder_pitch", "pi/2", 0.25, 0.12, 0.8),
     ("shoulder_roll", "pi/2", 0, 0, 0.9),

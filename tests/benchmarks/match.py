@@ -73,11 +73,11 @@ def matched(
 def states(machine: Machine, model: str, seed: int = 0) -> Array:
     """q, qd and the third argument of every state; springs are within 1 mm or 1 mrad of rest."""
     rng = np.random.default_rng([seed, len(machine.joints)])
-    moving = [machine.joints[j - 1] for j in machine.moving]
-    reach = [1e-3 if joint.kind is Kind.ELASTIC else 0.4 if joint.sigma else np.pi for joint in moving]
-    q = rng.uniform(-1, 1, (STATES, len(moving))) * reach
-    qd = rng.uniform(-2, 2, (STATES, len(moving)))
-    motors = sum(joint.kind is Kind.MOTOR for joint in moving)
+    independent = [machine.joints[j - 1] for j in machine.independent]
+    reach = [1e-3 if joint.kind is Kind.ELASTIC else 0.4 if joint.sigma else np.pi for joint in independent]
+    q = rng.uniform(-1, 1, (STATES, len(independent))) * reach
+    qd = rng.uniform(-2, 2, (STATES, len(independent)))
+    motors = sum(joint.kind is Kind.MOTOR for joint in independent)
     if model == "inertia_matrix":
         return q
     return np.hstack([q, qd, rng.uniform(-1, 1, (STATES, motors)) * (20 if model.startswith("direct_dynamics") else 5)])

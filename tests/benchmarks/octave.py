@@ -13,14 +13,14 @@ from pathlib import Path
 
 from symoro_elastic.codegen.targets.matlab import render_matlab
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.reading import read
+from symoro_elastic.formats.reading import read
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS
+from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.packaging import reserved_words
-from symoro_elastic.traced import traced
 from tests.benchmarks.tables import print_table
 from tests.octave import calls_of, octave, run_octave, ulps, written
 
@@ -34,7 +34,7 @@ def models_of(machine: Machine) -> tuple[str, ...]:
     found = []
     for name in MODELS:
         try:
-            traced(machine, Scene(models=(name,)))
+            trace_models(machine, Scene(models=(name,)))
         except InputError:
             continue
         found.append(name)
@@ -72,7 +72,9 @@ fprintf('%g ', best'/best(2, 2))
 
 def times() -> list[list[str]]:
     """Times a state of `.m` and MEX, that of MEX with many states a call being 1."""
-    package = traced(read(EXAMPLES / "two_axis.toml", reserved_words()), Scene(models=("direct_dynamics",))).package
+    package = trace_models(
+        read(EXAMPLES / "two_axis.toml", reserved_words()), Scene(models=("direct_dynamics",))
+    ).package
     with tempfile.TemporaryDirectory() as folder:
         written(render_matlab(package), Path(folder) / "code")
         found = [f"{float(x):.0f}" for x in re.findall(r"[\d.e+]+", run_octave(TIMES, Path(folder)))]
@@ -81,7 +83,7 @@ def times() -> list[list[str]]:
 
 def figures(machine: Machine) -> list[list[str]]:
     """A row for each model."""
-    found = traced(machine, Scene(models=models_of(machine)))
+    found = trace_models(machine, Scene(models=models_of(machine)))
     package = found.package
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)

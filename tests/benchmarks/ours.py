@@ -12,9 +12,9 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.pipeline import programs
 from symoro_elastic.symbolic.program import OperationCount
 from tests.benchmarks.contest import Array, Contestant, compiled, entry, timed, timed_batch
 

@@ -15,10 +15,10 @@ from importlib.metadata import files
 from pathlib import Path
 from typing import Any
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.format import Conversion
-from symoro_elastic.machine.formats.reading import read
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.formats.format import Conversion
+from symoro_elastic.formats.reading import read
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.models.packaging import reserved_words
 from tests.benchmarks import robots_mjcf
 from tests.benchmarks.match import require_pinocchio
 from tests.benchmarks.tables import print_table, progress, save_json
@@ -96,7 +96,7 @@ def figures(path: Path) -> Figures:
     operations = [(one.operations.products, one.operations.add) for one in both]
     follow = len(both[0].tree.moving) - len(both[0].own)
     pairs = [(e.torques, e.frames) for e in errors]
-    shown = [len(exact.moving), follow, *pairs[0], operations[0], *pairs[1], operations[1]]
+    shown = [len(exact.independent), follow, *pairs[0], operations[0], *pairs[1], operations[1]]
     return {
         "robot": path.name,
         "joints": len(exact.articulated),
@@ -104,7 +104,7 @@ def figures(path: Path) -> Figures:
         "snapped": pairs[1],
         "operations": operations,
         "seats": sum(joint.name.endswith("_seat") for joint in exact.joints),
-        "remarks": exact.remarks,
+        "remarks": exact.origin.remarks,
         "shown": shown,
         "seconds": time.perf_counter() - begin,
     }

@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 from typing import Any
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from tests.benchmarks.tables import print_table, progress, save_json
 
 PACKAGES = ("mujoco", "gymnasium-robotics", "pybullet")
@@ -72,14 +72,14 @@ def figures(path: Path) -> Figures:
     machine, errors = compared.machine, compared.errors(STATES)
     return {
         "robot": name,
-        "joints": len(machine.moving),
+        "joints": len(machine.independent),
         "motors": len(machine.motors),
         "springs": len(machine.elastic),
         "floats": machine.floating is not None,
         "forces": errors.forces,
         "frames": errors.frames,
         "accelerations": errors.accelerations,
-        "remarks": machine.remarks,
+        "remarks": machine.origin.remarks,
         "seconds": time.perf_counter() - begin,
     }
 

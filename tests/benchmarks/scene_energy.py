@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
+from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Gains, PrescribedMotion
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.simulation.compiled_steps import CompiledSteps
-from symoro_elastic.simulation.reference import Reference, reference_of
 from tests.benchmarks.tables import print_table
 
 ARM = """
@@ -53,8 +53,8 @@ ROWS = (
     Row("rodas4", 2.5e-4, 8_000, 2e-5),
     Row("rk4", 6e-5, 33_334, 1e-7),
     Row("midpoint", 2.5e-4, 1_000_000),
-)
-"""RK4 in the place of DP5, which is no generated step, at the step that was asked of that."""
+)  # fmt: skip
+"""RK4 in the place of DP5, which is not a generated step, at the step that was asked of that."""
 
 
 def show() -> list[Any]:

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.ladder.measured_rungs import Measurement
+from symoro_elastic.analysis.ladder.predicted_rungs import Prediction
+from symoro_elastic.analysis.ladder.rung import Ladder, Rung
+from symoro_elastic.analysis.ladder.rungs import measured_ladder
 from symoro_elastic.machine.prescribed_motion import Bandwidth
-from symoro_elastic.model_ladder.rung import Rung
-from symoro_elastic.model_ladder.rungs import Ladder, _Climb
-from symoro_elastic.progress import no_progress
-from symoro_elastic.simulation.reference import Reference
+from tests.analysis.ladder.scenes import Scene, arm, flex4, moving, random_springs, tool_scene, tuned
 from tests.benchmarks.tables import print_table, progress
 from tests.command_line import EXAMPLES
-from tests.model_ladder.scenes import Scene, arm, flex4, moving, random_springs, tool_scene, tuned
 
 MEAN, LEAST, LONGEST = 12.0, 3.0, 15.0
 ROUNDS, TIMED = 40, 1000
@@ -42,9 +42,9 @@ def show() -> list[Any]:
     for title, make in progress(list(SCENES.items()), "ladders"):
         scene = make()
         began = time.process_time()
-        climb = _Climb(scene.reference.machine, (scene.reference,), scene.tolerances, None)
-        found = climb.measured(climb.rungs(no_progress), no_progress)
-        figures.append({"scene": title, "ladder_s": time.process_time() - began, **_figures(climb, found)})
+        measurement = Measurement(Prediction(scene.reference.machine, (scene.reference,), scene.tolerances))
+        found = measured_ladder(measurement, measurement.prediction.rungs())
+        figures.append({"scene": title, "ladder_s": time.process_time() - began, **_figures(measurement, found)})
     rows = [
         (
             one["scene"],
@@ -89,13 +89,12 @@ def show() -> list[Any]:
     return figures
 
 
-def _figures(climb: _Climb, found: Ladder) -> dict[str, Any]:
-    rung, whole, reference = found.rungs[found.chosen or 0], found.rungs[0], climb.references[0]
+def _figures(measurement: Measurement, found: Ladder) -> dict[str, Any]:
+    rung, whole = found.rungs[found.chosen or 0], found.rungs[0]
     assert rung.chosen is not None and rung.measured is not None
     steps, full = rung.chosen, found.full
     ms, full_ms = (
-        1e3 * one.steps * _seconds(climb, of, reference, one.method, one.steps)
-        for of, one in ((rung, steps), (whole, full))
+        1e3 * one.steps * _seconds(measurement, of, one.method, one.steps) for of, one in ((rung, steps), (whole, full))
     )
     limit = next(iter(found.tolerance.values()))
     wrong = max(rung.measured.model[name] + rung.measured.steps[name] for name in found.tolerance)
@@ -113,10 +112,11 @@ def _figures(climb: _Climb, found: Ladder) -> dict[str, Any]:
     }
 
 
-def _seconds(climb: _Climb, rung: Rung, reference: Reference, method: str, steps: int) -> float:
+def _seconds(measurement: Measurement, rung: Rung, method: str, steps: int) -> float:
     """Of a step, without the call from Python."""
-    runner, reduced = climb._compiled(rung, reference, method), climb._reduced_reference(rung, reference)
-    return min(runner.run(reduced, method, max(steps, TIMED)).seconds for _ in range(ROUNDS))
+    simulated = measurement.simulated(rung, 0)
+    runner = simulated.compiled(method)
+    return min(runner.run(simulated.reduced, method, max(steps, TIMED)).seconds for _ in range(ROUNDS))
 
 
 def of_command() -> tuple[float, float]:

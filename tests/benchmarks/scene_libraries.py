@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.simulation.reference import Reference
+from tests.analysis.simulation.with_parameters import StepsWithParameters
 from tests.benchmarks.scene_machines import Tool, stiffer_tool, tool_moves
 from tests.benchmarks.scene_stiffness import Search
 from tests.benchmarks.tables import print_table
-from tests.simulation.with_parameters import StepsWithParameters
 
 ERROR, OF_MUJOCO = 1e-6, 1e-5
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)

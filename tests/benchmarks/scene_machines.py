@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter, Spring
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Move, PrescribedMotion
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.simulation.reference import Reference, reference_of
-from tests.model_ladder.scenes import two_axis
+from tests.analysis.ladder.scenes import two_axis
 
 TIMES = 201
 """Times at which motions are compared."""
@@ -67,9 +67,9 @@ def _stiffness(machine: Machine) -> dict[str, float]:
 
 
 def _inertia(machine: Machine) -> dict[str, float]:
-    n = len(machine.moving)
+    n = len(machine.independent)
     A = numpy_model(machine, ("inertia_matrix",)).inertia_matrix(np.zeros(n))
-    return dict(zip((joint.name for joint in machine.moving_joints), np.diag(A).tolist(), strict=True))
+    return dict(zip((joint.name for joint in machine.independent_joints), np.diag(A).tolist(), strict=True))
 
 
 def tool_moves(machine: Machine, values: Mapping[str, float] | None = None) -> Reference:

@@ -10,14 +10,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.analysis.simulation.simulate import StepCost
+from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.models.implicit_steps import Motors
-from symoro_elastic.simulation.compiled_steps import CompiledSteps
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.simulation.step_cost import StepCost
+from tests.analysis.ladder.scenes import arm, moving
 from tests.benchmarks.scene_machines import stiffer_tool, tool_moves
 from tests.benchmarks.tables import print_table
-from tests.model_ladder.scenes import arm, moving
 
 STEPS, ROUNDS = 400, 60
 FLAGS = {

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.foundation.array_types import Array
+from tests.analysis.simulation.with_parameters import StepsWithParameters
 from tests.benchmarks.scene_machines import Tool, stiffer_tool, tool_moves
 from tests.benchmarks.tables import print_table, progress
-from tests.simulation.with_parameters import StepsWithParameters
 
 TIMES_STIFFER, DAMPING = (1.0, 1e2, 1e4, 1e6, 1e8), (0.0, 0.02)
 TRUTH, FEWEST, MOST, FINER, ROUNDS = 16_384, 10, 8192, 1.06, 25

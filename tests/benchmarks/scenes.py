@@ -18,19 +18,19 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.model_ladder.greedy import backward_greedy
-from symoro_elastic.model_ladder.path import LinearPath
-from symoro_elastic.model_ladder.resolution import resolved_path
-from symoro_elastic.model_ladder.spring_errors import Deviations
-from symoro_elastic.model_ladder.stability import largest_stable_step, poles
-from symoro_elastic.model_ladder.step_error import StepErrors
+from symoro_elastic.analysis.ladder.greedy import backward_greedy
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath
+from symoro_elastic.analysis.simulation.prediction.resolution import resolved_path
+from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations
+from symoro_elastic.analysis.simulation.prediction.stability import largest_stable_step, poles
+from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors
+from symoro_elastic.codegen.integration.methods import METHODS
+from tests.analysis.ladder.generated_steps import stepped_motion, with_steps
+from tests.analysis.ladder.scenes import Scene, many
+from tests.analysis.ladder.truth import Truth, pinocchio_dynamics
 from tests.benchmarks.match import require_pinocchio
 from tests.benchmarks.scene_picture import draw
 from tests.benchmarks.tables import print_table, progress, save_json
-from tests.model_ladder.generated_steps import stepped_motion, with_steps
-from tests.model_ladder.scenes import Scene, many
-from tests.model_ladder.truth import Truth, pinocchio_dynamics
 
 TIMES, PRECISION = 240, 1e-9
 SMALLEST_MODEL, SMALLEST_STEP = 1e-11, 2e-9

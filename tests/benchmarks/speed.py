@@ -70,7 +70,7 @@ def peers(machine: Machine, model: str, x: Array) -> list[Contestant]:
     from tests.benchmarks.peers import casadi_c, mujoco_c, pinocchio_cpp
 
     file = pinocchio_cpp.model_file(machine)
-    n = len(machine.moving)
+    n = len(machine.independent)
     results = n * n if model == "inertia_matrix" else n
     with_rates = np.hstack([x, np.zeros_like(x)]) if model == "inertia_matrix" else x
     found = [pinocchio_cpp.contestant(file, model, with_rates, results)]
@@ -93,7 +93,7 @@ def ours(machine: Machine, model: str, x: Array) -> tuple[list[Contestant], dict
             for compiler in COMPILERS:
                 found.append(batch(narrow, x, batch_name(precision, width, compiler), compiler, flags))
     counted = dict.fromkeys((c.name for c in found), folded.operations)
-    if model == "direct_dynamics" and len(machine.moving) <= SMALL:
+    if model == "direct_dynamics" and len(machine.independent) <= SMALL:
         by_matrix = code(machine, f"{model}_by_inertia_matrix")
         for compiler in COMPILERS:
             found.append(scalar(by_matrix, x, f"call by A^-1, {compiler}", compiler))

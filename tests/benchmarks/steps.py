@@ -14,17 +14,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from symoro_elastic.codegen.c_runs import Run, runs
+from symoro_elastic.analysis.simulation.simulate import StepCost
+from symoro_elastic.codegen.c_steps import Run, runs
+from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
-from symoro_elastic.integration.methods import METHODS
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.implicit_steps import Motors
-from symoro_elastic.simulation.step_cost import StepCost
-from symoro_elastic.traced import traced
+from symoro_elastic.models.traced import trace_models
 from tests.benchmarks.instructions import available, per_call
 from tests.benchmarks.machines import two_axis
 from tests.benchmarks.ours import places
@@ -72,7 +72,7 @@ class StepCode:
 
 def step_code(machine: Machine, method: str) -> StepCode:
     """The step of a method with the numbers of the machine in it."""
-    package = traced(machine, Scene(models=("inverse_dynamics",), steps=(method,), fold=ALL)).package
+    package = trace_models(machine, Scene(models=("inverse_dynamics",), steps=(method,), fold=ALL)).package
     steps = source_text(with_own_results(package), DOUBLE).steps
     (run,) = [run for run in runs(steps) if run.name.endswith("_servo")]
     return StepCode(package, run)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from symoro_elastic import cli
-from symoro_elastic.output_folder import MANIFEST
+from symoro_elastic.foundation.output_folder import MANIFEST
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -249,8 +249,8 @@ def test_help_imports_nothing_heavy(arguments: Sequence[str], tmp_path: Path) ->
     ("arguments", "said"),
     [
         (["generate", "none.toml"], "none.toml: file: there is no such file"),
-        (["generate", "."], ".: file: the suffix '' is no machine format"),
-        (["generate", "machine.txt"], "machine.txt: file: the suffix '.txt' is no machine format"),
+        (["generate", "."], ".: file: the suffix '' is not a machine format"),
+        (["generate", "machine.txt"], "machine.txt: file: the suffix '.txt' is not a machine format"),
         (["generate"], "symoro-elastic generate: Missing argument 'MACHINE'"),
         (["generate", TWO_R, "--model", "direct_dynamic"], "scene, models: no model 'direct_dynamic'; did you mean"),
         (["generate", TWO_R, "--target", "fortran"], "--target: there is no 'fortran': choose from numpy, c"),
@@ -262,12 +262,12 @@ def test_help_imports_nothing_heavy(arguments: Sequence[str], tmp_path: Path) ->
         (["generate", PRINTED], "joint 2, joint 3: H2 is zero at every position"),
         (["show", "none.par"], "none.par: file: there is no such file"),
         (("generate", TWO_R, "--precision", "half"), "there is no 'half': choose from double, single, mixed"),
-        (("generate", TWO_R, "--precision", "single", "--target", "numpy"), "--precision: is of the C code"),
+        (("generate", TWO_R, "--precision", "single", "--target", "numpy"), "--precision: concerns the C code"),
         (
             ("generate", TWO_R, "--precision", "mixed", "--model", "inverse_geometric_model"),
             "--precision double, or leave",
         ),
-        (("trade", TWO_R, "--tolerance", "nan"), "--tolerance: 'nan' is no number: nan is not finite"),
+        (("trade", TWO_R, "--tolerance", "nan"), "--tolerance: 'nan' is not a number: nan is not finite"),
         (
             (
                 *("excite", TWO_R, "--out", "e.csv", "--position", "-1:1", "--velocity", "3", "--acceleration", "9"),
@@ -331,7 +331,8 @@ def test_refused_machines(old: str, new: str, place: str, said: str, run: Run, t
 
 
 def test_a_par_file_names_no_folder_outside(run: Run, tmp_path: Path) -> None:
-    machine = edited(FLEX4, tmp_path, "name = flex4", "name = ../flex4")
+    line = "(* Robotname = 'flex4' *)"
+    machine = edited(FLEX4, tmp_path, line, f'{line}\n(*toml name = "../flex4" *)')
     assert "flex4" in refused(run, "generate", machine)
 
 
@@ -361,7 +362,7 @@ def test_a_folder_of_somebody_else(run: Run, tmp_path: Path) -> None:
     (tmp_path / "out/planar_2r/notes.txt").write_text("mine")
     assert "holds files that were not generated" in refused(run, "generate", TWO_R, "--out", "out")
     (tmp_path / "out/planar_2r" / MANIFEST).write_text("[]")
-    assert "is no list of generated files" in refused(run, "generate", TWO_R, "--out", "out")
+    assert "is not a list of generated files" in refused(run, "generate", TWO_R, "--out", "out")
 
 
 def test_regenerating_removes_what_is_stale_and_keeps_what_is_mine(run: Run, tmp_path: Path) -> None:
@@ -442,6 +443,7 @@ def test_generation_needs_no_compiler(tmp_path: Path) -> None:
 # Anything at all
 
 
+@pytest.mark.thorough
 def test_damaged_files_are_refused_in_one_line_or_read(run: Run, tmp_path: Path) -> None:
     """Tokens of the examples replaced, lines lost and doubled: exit code 0 or 2, one error line, never a traceback."""
     pieces = ["", "0", "-1", "1e400", "nan", "pi", "q1", "{", "]", "1/0", "tan(pi/2)", "L12", '"', ",", "=", "motor"]
@@ -542,5 +544,5 @@ def test_a_model_too_large_for_memory_is_one_line(run: Run, monkeypatch: pytest.
     def exhausted(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("symoro_elastic.pipeline.generate", exhausted)
+    monkeypatch.setattr("symoro_elastic.generation.pipeline.generate", exhausted)
     assert "not enough memory for so large a model" in refused(run, "generate", TWO_R)

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.formats import read_machine
+from symoro_elastic.models.base_parameters import base_grouping
 from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.program import Names, Output, Section, build
@@ -44,7 +44,7 @@ def test_the_grouped_machine_is_written_and_read_without_a_warning(suffix: str, 
     assert run("convert", RX90, there, "--base").exit_code == 0
     machine, warnings = read_machine(there)
     assert warnings == []
-    kept = grouped(read_machine(RX90)[0]).machine
+    kept = base_grouping(read_machine(RX90)[0]).machine
     counts = [trace(m, "inverse_dynamics").program.count for m in (machine, kept)]
     assert counts[0] == counts[1]
 
@@ -121,7 +121,7 @@ def test_identify_recovers_the_planar_arm(tmp_path: Path) -> None:
     table = np.column_stack([t, q, tau])
     np.savetxt(data, table, delimiter=",", header="t,q_shoulder,q_elbow,tau_shoulder,tau_elbow", comments="")
     found = json.loads(run("identify", TWO_R, data, "--json").stdout)["parameters"]
-    values = grouped(machine).values({p.name: p.value.value() for p in machine.parameters if p.value})
+    values = base_grouping(machine).values({p.name: p.value.value() for p in machine.parameters if p.value})
     for label in ("MX2", "ZZ2"):
         match = next(x for name, x in found.items() if name == label or name.startswith(f"{label} "))
         assert match["value"] == pytest.approx(values[label], rel=1e-3)

@@ -14,7 +14,7 @@ import pytest
 from symoro_elastic import cli
 from tests.command_line import EXAMPLES, Ended, ended
 
-pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+pytestmark = [pytest.mark.filterwarnings("error::RuntimeWarning"), pytest.mark.sampled(5)]
 
 BODIES = """
 [bodies]
@@ -68,13 +68,13 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "generate": ((), ("--base", "--force"), ("--form", "auto", "--force")),
     "report": (("--out", "pages", "--force"),),
     "check": (("--model", "inverse_dynamics"),),
-    "trade": (("--quick", "--model", "bias_forces", "--states", "1", "--rounds", "1"),),
+    "trade": (("--effort", "quick", "--model", "bias_forces", "--states", "1", "--rounds", "1"),),
     "linearize": ((), ("--hold", "all"), ("--as-given", "--at", "a=1")),
-    "modes": ((), ("--hold", "all"), ("--over", "a=0:1:2", "--hold", "all"), ("--pd", "a=1e308:1e308")),
+    "modes": ((), ("--hold", "all"), ("--along", "a=0:1:2", "--hold", "all"), ("--pd", "a=1e308:1e308")),
     "response": (
-        ("--frequencies", "1:9:3"),
-        ("--hold", "all", "--frequencies", "1:9:3"),
-        ("--hold", "all", "--input", "b.fx", "--output", "b.x", "--frequencies", "1:9:3"),
+        ("--band", "1:9:3"),
+        ("--hold", "all", "--band", "1:9:3"),
+        ("--hold", "all", "--input", "b.fx", "--output", "b.x", "--band", "1:9:3"),
     ),
     "compare": (("--duration", "0.01"),),
     "simulate": (("--scene", "motion.toml", "--step", "0.01"), ("--scene", "motion.toml", "--adaptive")),
@@ -83,11 +83,11 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("--over", "a=0:1:2", "--hold", "all"),
         ("--over", "a.mass=normal:2:0.1", "--samples", "2", "--of", "response", "--output", "b.x"),
     ),
-    "feed-forward": (("--duration", "0.1", "--rate", "50"),),
-    "excite": ((*LIMITS, "--rate", "20", "--out", "e.csv", "--force"),),
+    "feed-forward": (("--duration", "0.1", "--sample-rate", "50"),),
+    "excite": ((*LIMITS, "--sample-rate", "20", "--out", "e.csv", "--force"),),
     "identify": (
         ("data.csv",),
-        ("data.csv", "--validate", "data.csv", "--save", "found.toml", "--from", "0.1", "--resample", "50", "--force"),
+        ("data.csv", "--validate", "data.csv", "--save", "found.toml", "--after", "0.1", "--resample", "50", "--force"),
     ),
 }
 """Options with which every command is called on every odd machine; several times where they change the way, and not
@@ -155,15 +155,15 @@ JSON: dict[str, tuple[str, ...]] = {
     "generate": ("--model", "inertia_matrix", "--target", "c"),
     "linearize": (),
     "modes": ("--hold", "all"),
-    "response": ("--frequencies", "1:9:3"),
+    "response": ("--band", "1:9:3"),
     "compare": ("--duration", "0.01"),
-    "feed-forward": ("--duration", "0.01", "--rate", "500"),
-    "excite": (*LIMITS, "--rate", "20", "--out", "e.csv"),
+    "feed-forward": ("--duration", "0.01", "--sample-rate", "500"),
+    "excite": (*LIMITS, "--sample-rate", "20", "--out", "e.csv"),
     "identify": ("data.csv",),
 }
 SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),
-    "trade": ("--quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
+    "trade": ("--effort", "quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),
     "ladder": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml")),
     "sweep": ("--over", "m2=1,2"),

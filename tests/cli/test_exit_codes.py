@@ -12,9 +12,11 @@ from pathlib import Path
 import click
 import pytest
 
-from symoro_elastic import pipeline
-from symoro_elastic.cli import cli, parsing
-from symoro_elastic.cli.sections import Failure
+from symoro_elastic.api.kinds import numbers
+from symoro_elastic.cli import cli
+from symoro_elastic.cli.options import WholeRange
+from symoro_elastic.cli.sectioned_group import Failure
+from symoro_elastic.generation import pipeline
 from tests.command_line import EXAMPLES, Ended, ended, refused
 
 ROOT = Path(__file__).parents[2]
@@ -77,23 +79,22 @@ def test_ctrl_c_is_130_and_an_end_of_file_is_not(monkeypatch: pytest.MonkeyPatch
 def test_numbers_that_a_file_refuses_are_refused_in_options(written: str) -> None:
     said = refused("modes", TWO_AXIS, "--value", f"D4={written}")
     assert said.startswith(f"symoro-elastic: --value: 'D4={written}' is not NAME=NUMBER")
-    assert "is no number" in refused("compare", TWO_AXIS, "--duration", written)
-    assert "is no number" in refused("check", TWO_AXIS, "--seed", written)
+    assert "is not a number" in refused("compare", TWO_AXIS, "--duration", written)
+    assert "is not a number" in refused("check", TWO_AXIS, "--seed", written)
 
 
 def test_formulas_of_numbers_are_numbers() -> None:
-    assert parsing.numbers(["q=-pi/2", "x = 1e-3"], "--at") == {"q": -1.5707963267948966, "x": 1e-3}
-    assert parsing.WholeRange(0).convert("12345678901234567890", None, None) == 12345678901234567890
-    assert "is no whole number" in refused("check", TWO_AXIS, "--seed", "1.5")
+    assert numbers(["q=-pi/2", "x = 1e-3"], "--at") == {"q": -1.5707963267948966, "x": 1e-3}
+    assert WholeRange(0).convert("12345678901234567890", None, None) == 12345678901234567890
+    assert "is not a whole number" in refused("check", TWO_AXIS, "--seed", "1.5")
 
 
 @pytest.mark.parametrize(
-    "options",
-    ["--value D4=1 --value D4=2", "--at motor_x=0 --at motor_x=1", "--pd motor_x=1:1 --pd motor_x=1:2"],
+    "options", ["--value D4=1 --value D4=2", "--at motor_x=0 --at motor_x=1", "--pd motor_x=1:1 --pd motor_x=1:2"]
 )
 def test_one_name_has_one_value(options: str) -> None:
     assert "is given twice: give it one value" in refused("modes", TWO_AXIS, *options.split())
-    assert parsing.numbers(["D4=1", "D4=1"], "--value") == {"D4": 1.0}
+    assert numbers(["D4=1", "D4=1"], "--value") == {"D4": 1.0}
 
 
 def test_no_option_of_one_value_is_given_twice() -> None:
@@ -114,13 +115,13 @@ def refused_twice(command: str, option: str) -> str:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ("modes --over motor_x=0:1:1000000000", "--over: 1000000000 positions: name joints, and at most 10000"),
-        ("modes --over motor_x=0:1:101 --over motor_y=0:1:100", "--over: 10100 positions"),
-        ("modes --over motor_x=0:1:2.5", "give LOW:HIGH:COUNT"),
-        ("response --frequencies 1:2:300000", "--frequencies: from 1 to 2 Hz in 300000 points"),
-        ("response --frequencies 1e-320:1e300:5", "--frequencies: from 9.99989e-321 to 1e+300 Hz"),
-        ("response --frequencies 1e-300:1e300:5", "--frequencies: from 1e-300 to 1e+300 Hz"),
-        ("response --frequencies 5:1:5", "--frequencies: from 5 to 1 Hz"),
+        ("modes --along motor_x=0:1:1000000000", "--along: 1000000000 positions: name joints, and at most 10000"),
+        ("modes --along motor_x=0:1:101 --over motor_y=0:1:100", "--along: 10100 positions"),
+        ("modes --along motor_x=0:1:2.5", "give LOW:HIGH:COUNT"),
+        ("response --band 1:2:300000", "--band: from 1 to 2 Hz in 300000 points"),
+        ("response --band 1e-320:1e300:5", "--band: from 9.99989e-321 to 1e+300 Hz"),
+        ("response --band 1e-300:1e300:5", "--band: from 1e-300 to 1e+300 Hz"),
+        ("response --band 5:1:5", "--band: from 5 to 1 Hz"),
     ],
 )
 def test_grids_are_bounded_before_any_work(options: str, said: str) -> None:

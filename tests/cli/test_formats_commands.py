@@ -9,9 +9,9 @@ import pytest
 from click.shell_completion import ShellComplete
 
 from symoro_elastic.cli import cli
-from symoro_elastic.machine.formats.starting import STARTS
+from symoro_elastic.formats.toml.starting import STARTS
 from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.reports.formats import formats_page
+from symoro_elastic.pages.formats import formats_page
 from tests.command_line import EXAMPLES, refused, run
 
 
@@ -66,7 +66,7 @@ TWO_AXIS = str(EXAMPLES / "two_axis.toml")
         (("generate", TWO_AXIS, "--fold", "D"), ["D4", "D12", "D13"]),
         (("equations", TWO_AXIS, "--format", ""), ["latex", "html", "pdf"]),
         (("modes", TWO_AXIS, "--hold", ""), ["motor_x", "motor_y", "all"]),
-        (("trade", TWO_AXIS, "--picture", ""), ["png", "svg", "pdf"]),
+        (("trade", TWO_AXIS, "--plot-format", ""), ["png", "svg", "pdf"]),
         (("generate", TWO_AXIS, "--free", "s"), ["springs"]),
         (("response", "no such file", "--hold", ""), []),
         (("new", "mine", "--kind", "c"), ["cartesian"]),

@@ -84,4 +84,10 @@ def test_help_loads_click_and_the_command_line_only(tmp_path: Path) -> None:
     loaded = ran.stdout.splitlines()[-1].split()[1:]
     assert {name.split(".")[0] for name in loaded} - sys.stdlib_module_names <= {"click", "symoro_elastic"}
     ours = [name.split(".")[1] for name in loaded if name.startswith("symoro_elastic.")]
-    assert set(ours) == {"cli", "errors"}
+    assert set(ours) == {"api", "cli", "foundation", "machine"}
+    of_machines = {name for name in loaded if name.startswith("symoro_elastic.machine.")}
+    assert of_machines == {"symoro_elastic.machine.format_names"}
+    ground = {name for name in loaded if name.startswith("symoro_elastic.foundation.")}
+    assert ground == {f"symoro_elastic.foundation.{name}" for name in ("errors", "progress", "version")}
+    faces = {name for name in loaded if name.startswith("symoro_elastic.api.")}
+    assert faces == {f"symoro_elastic.api.{name}" for name in ("declaration", "kinds", "options", "rows")}

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 pytest.importorskip("scipy")
 
-from symoro_elastic.identification.excitation import Limits, random_motion
-from symoro_elastic.machine.formats import read_machine, write_machine
+from symoro_elastic.analysis.identification.excitation import Limits, random_motion
+from symoro_elastic.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine
 from symoro_elastic.numerics.implementations import numpy_model
@@ -96,7 +96,8 @@ def test_what_is_saved_instead_of_negative_values_is_said(folder: Path, tmp_path
     done = run("identify", folder / "arm.toml", tmp_path / "wrong.csv", "--save", tmp_path / "saved.toml", "--json")
     assert json.loads(done.stdout)["parameters"]["FV1"]["value"] < -1
     assert (
-        "warning: FV1 = -1." in done.stderr and "is saved as 0, for no machine has that; the others are" in done.stderr
+        "warning: FV1 = -1." in done.stderr
+        and "is saved as 0, because it is physically impossible; the others are" in done.stderr
     )
     assert read_machine(tmp_path / "saved.toml")[0].joints[0].friction.viscous.is_zero
 
@@ -111,7 +112,9 @@ def test_gains_turn_currents_into_torques(folder: Path, tmp_path: Path) -> None:
     assert "no motor 'elbo'; did you mean 'elbow'" in refused(
         "identify", folder / "arm.toml", folder / "1.csv", "--gain", "elbo=2"
     )
-    assert "torque over column" in refused("identify", folder / "arm.toml", folder / "1.csv", "--gain", "elbow=0")
+    assert "torque per unit of the column" in refused(
+        "identify", folder / "arm.toml", folder / "1.csv", "--gain", "elbow=0"
+    )
 
 
 def test_logs_are_cut_and_sampled_evenly(folder: Path, tmp_path: Path) -> None:
@@ -122,7 +125,7 @@ def test_logs_are_cut_and_sampled_evenly(folder: Path, tmp_path: Path) -> None:
     log[[0, 1, -1], 1:] = np.nan
     np.savetxt(tmp_path / "log.csv", log, delimiter=",", header=HEADER, comments="")
     assert "NaN or infinity" in refused("identify", folder / "arm.toml", tmp_path / "log.csv")
-    cut = ("--from", 0.1, "--to", 14.9)
+    cut = ("--after", 0.1, "--before", 14.9)
     assert "resample" in refused("identify", folder / "arm.toml", tmp_path / "log.csv", *cut)
     found = identified(folder, tmp_path / "log.csv", *cut, "--resample", 250)
     for label, x in found["parameters"].items():
@@ -134,11 +137,11 @@ def test_logs_are_cut_and_sampled_evenly(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--from", 3, "--to", 2), "--to: 2 s is not after --from 3 s"),
-        (("--from", 100), "nothing is left of it"),
+        (("--after", 3, "--before", 2), "--before: 2 s is not later than --after 3 s"),
+        (("--after", 100), "leave nothing of it"),
         (("--resample", 0), "give a positive frequency"),
-        (("--resample", 1e9), "5e+06 are the most"),
-        (("--from", 14), "measure longer"),
+        (("--resample", 1e9), "5e+06 is the limit"),
+        (("--after", 14), "measure longer"),
     ],
 )
 def test_spans_and_frequencies_without_sense(folder: Path, options: tuple[object, ...], message: str) -> None:
@@ -154,7 +157,7 @@ def test_zeros_of_the_table_that_are_sought_are_named(folder: Path, tmp_path: Pa
     ]
     (tmp_path / "zeros.toml").write_text("\n".join([text, "[bodies]", *bodies]), encoding="utf-8")
     notes = json.loads(run("identify", tmp_path / "zeros.toml", folder / "1.csv", "--json").stdout)["notes"]
-    note = next(note for note in notes if note.startswith("sought too: "))
+    note = next(note for note in notes if note.startswith("also estimated: "))
     assert "MY2" in note and "MX2" not in note.split(";")[0] and "generated regressor has no columns" in note
 
 
@@ -172,6 +175,6 @@ def test_an_empty_archive_is_an_error_not_an_interrupt(folder: Path, tmp_path: P
 
 
 def test_excite_says_why_friction_is_sought(tmp_path: Path) -> None:
-    limits = ("--position", "-1:1", "--velocity", 1, "--acceleration", 5, "--evaluations", 5, "--rate", 200)
+    limits = ("--position", "-1:1", "--velocity", 1, "--acceleration", 5, "--evaluations", 5, "--sample-rate", 200)
     said = run("excite", EXAMPLES / "planar_2r.toml", "--out", tmp_path / "e.csv", *limits).stdout
     assert "FV, FS (viscous, dry friction) are sought for every motor" in said

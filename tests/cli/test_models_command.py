@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.codegen.described import SINGULAR
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.codegen.package_context import SINGULAR
+from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace
-from symoro_elastic.output_folder import write_files
 from symoro_elastic.quantities import MOTION
+from tests.analysis.vibration.machines import drive
+from tests.analysis.vibration.test_singular_inertia import on_the_axis
 from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import run
 from tests.generated_code import imported, rendered
 from tests.references.random_machines import planar_2r, two_children
-from tests.vibration.machines import drive
-from tests.vibration.test_singular_inertia import on_the_axis
 
 ANY = ("columns", "parameters", "solutions", "joints")
 
@@ -42,8 +42,8 @@ def test_shapes_are_those_of_traced_models(name: str, listed: Any) -> None:
     if MODELS[name].family == "closed chains":
         machine = closed_chain("ring" if name == "assemble" else "geared_five_bar")
     if MODELS[name].family == "static springs":
-        machine = restricted(machine, Scene(static={next(j.name for j in machine.joints if j.kind == "elastic"): None}))
-    n, m = len(machine.moving), sum(joint.kind == "motor" for joint in machine.joints)
+        machine = restrict(machine, Scene(static={next(j.name for j in machine.joints if j.kind == "elastic"): None}))
+    n, m = len(machine.independent), sum(joint.kind == "motor" for joint in machine.joints)
     sizes = {"n": n, "m": m, "(n - m)": n - m, "frames": len(machine.joints), "loops": len(machine.loops)}
     sizes |= {"d": len(machine.dependent), "s": len(machine.static), "n(n + 1)/2": n * (n + 1) // 2}
     assert 0 < m < n

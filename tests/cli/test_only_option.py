@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from symoro_elastic.cli import cli
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import generate
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.pipeline import generate
 from tests.generated_code import imported
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -78,12 +78,12 @@ def test_a_wider_command_line_uses_them(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ('outputs = { jacobian = ["tool"] }', "outputs, jacobian: jacobian is not asked for: add it to models"),
+        ('outputs = { jacobian = ["tool"] }', "outputs, jacobian: jacobian is not requested: add it to models"),
         (
             'models = ["jacobian"]\noutputs = { jacobian = ["tool at (0, D13)"] }',
             "outputs, jacobian: 'tool at (0, D13)': a",
         ),
-        ('models = ["jacobian"]\noutputs = { jacobian = ["tool at (0, 0, D14)"] }', "'D14' is no parameter"),
+        ('models = ["jacobian"]\noutputs = { jacobian = ["tool at (0, 0, D14)"] }', "'D14' is not a parameter"),
         ('outputs = { inverse_dynamics = ["tool"] }', "outputs, inverse_dynamics: joint 12 (tool) is a fixed frame"),
         ('locked = { ram = "1/0" }', "locked, ram: '1/0' has no value: it divides by zero"),
         ('models = ["jacobian"]\noutputs = { jacobian = ["tool at (sqrt(-1), 0, 1)"] }', "'sqrt(-1)' has no value"),
@@ -113,7 +113,7 @@ def test_a_parameter_without_value_is_not_folded_by_a_scene_file(tmp_path: Path)
         ("jacobian=tool at 1 2 3", "a point has three coordinates in brackets"),
         (
             "velocities=tool",
-            "outputs, velocities: velocities is not asked for: add it to models (or --model velocities)",
+            "outputs, velocities: velocities is not requested: add it to models (or --model velocities)",
         ),
     ],
 )
@@ -124,5 +124,5 @@ def test_bad_words_on_the_command_line(only: str, reason: str, tmp_path: Path) -
 
 def test_idle_outputs_are_refused_without_a_command_line_too(tmp_path: Path) -> None:
     machine, _ = read_machine(TWO_R)
-    with pytest.raises(InputError, match="velocities is not asked for"):
+    with pytest.raises(InputError, match="velocities is not requested"):
         generate(machine, Scene(("jacobian",), {"velocities": ("elbow",)}), ["c"], tmp_path)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.simulation.compiled_steps import CompiledSteps
+from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
+from symoro_elastic.foundation.array_types import Array
 from tests.cli.test_every_command import ODD
 from tests.closed_chains.machines import FILES
 from tests.command_line import EXAMPLES, Ended, ended, refused, run
@@ -180,40 +180,44 @@ def test_adapted_steps_take_forces() -> None:
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [
-        (MOTION, ("--step", "0"), "scene.toml: --step: 0 s is no time"),
-        (MOTION, ("--step", "-1"), "-1 s is no time: give a positive number"),
-        (MOTION, ("--step", "nan"), "--step: 'nan' is no number"),
+        (MOTION, ("--step", "0"), "scene.toml: --step: 0 s is not a time"),
+        (MOTION, ("--step", "-1"), "-1 s is not a time: give a positive number"),
+        (MOTION, ("--step", "nan"), "--step: 'nan' is not a number"),
         (
             MOTION,
             ("--step", "1e-13"),
-            "2.5e+12 steps, some 694 h of work: 1e+08 are the most, so give at least 2.5e-09 s",
+            "2.5e+12 steps, some 694 h of work: 1e+08 is the limit, so give at least 2.5e-09 s",
         ),
         (MOTION.replace("0.25", "1e9"), (), "steps, some"),
         (MOTION, ("--method", "rk5"), "--method: there is no 'rk5': choose from w3, w2, rk4, rodas4, midpoint"),
         (
             MOTION + WANTED + "period = 3e-3",
             (),
-            "wanted, period: 0.003 s is no whole part of the motion of 0.25 s: make its duration 0.249 s",
+            "wanted, period: 0.003 s is not a whole part of the motion of 0.25 s: make its duration 0.249 s",
         ),
         (
             MOTION + WANTED + "period = 1e-2",
             ("--step", "3e-3"),
-            "--step: 0.003 s is no whole part of the period of 0.01 s: give 0.0025 s",
+            "--step: 0.003 s is not a whole part of the period of 0.01 s: give 0.0025 s",
         ),
         (
             MOTION + WANTED + "period = 5e-2",
             ("--step", "0.1", "--method", "rk4"),
-            "--step: 0.1 s is no whole part of the period of 0.05 s: give 0.025 s",
+            "--step: 0.1 s is not a whole part of the period of 0.05 s: give 0.025 s",
         ),
         (
             MOTION.replace("0.25", "1e9") + WANTED + "period = 1e-3",
             (),
-            "1.33e+11 steps, some 37 h, 5e+06 are the most; give at most 3.73e+04 s, or leave that part out",
+            "1.33e+11 steps, some 37 h, 5e+06 is the limit; give at most 3.73e+04 s, or leave that part out",
         ),
         (MOTION, ("--event", "motor.q=0.1"), "--event: even steps find no events: add --adaptive"),
         (MOTION, ("--adaptive", "--stop"), "--stop: there is no event to stop at"),
         (MOTION, ("--adaptive", "--step", "1e-3"), "--adaptive: choose even steps (--method, --step) or adapted ones"),
-        (MOTION, ("--adaptive", "--event", "motor.qdd=1"), "--event: motor.qdd is no position or velocity of a joint"),
+        (
+            MOTION,
+            ("--adaptive", "--event", "motor.qdd=1"),
+            "--event: motor.qdd is not a position or velocity of a joint",
+        ),
         (MOTION, ("--adaptive", "--event", "moter.q=1"), "no joint 'moter' moves"),
         ("", (), "scene.toml: motion: missing: write a table [motion] with duration and moves"),
         (MOTION + "[scene]\nlocked = { load = 0 }\n", (), "motion, servo: every joint is a motor that follows exactly"),
@@ -228,7 +232,7 @@ def test_refused_in_one_line(text: str, options: tuple[str, ...], said: str) -> 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (MOTION + WANTED + "period = 3e-3", "wanted, period: 0.003 s is no whole part of the motion of 0.25 s"),
+        (MOTION + WANTED + "period = 3e-3", "wanted, period: 0.003 s is not a whole part of the motion of 0.25 s"),
         (MOTION + WANTED + "[scene]\nlocked = { load = 0 }\n", "every joint is a motor that follows exactly"),
     ],
 )
@@ -236,9 +240,10 @@ def test_the_ladder_refuses_the_same_before_it_predicts(text: str, said: str) ->
     assert said in refused("ladder", *scene(text))
 
 
-QUICKLY = ("--quick", "--model", "inertia_matrix", "--states", "500", "--rounds", "1")
+QUICKLY = ("--effort", "quick", "--model", "inertia_matrix", "--states", "500", "--rounds", "1")
 
 
+@pytest.mark.thorough
 def test_trade_quotes_the_ladder_of_its_scene() -> None:
     """One line: the sentence of `ladder`, which measures it, and the error by prediction."""
     text = run("trade", *scene(MOTION + SERVO + WANTED), *QUICKLY).stdout

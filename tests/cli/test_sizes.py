@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.identify import _refuse_large
-from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.sizes import MOST_HELD, refuse_numbers
-from symoro_elastic.time_series.measurements import Measurements
-from symoro_elastic.time_series.preparation import Preparation
+from symoro_elastic.analysis.identification.identify import _refuse_large
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.analysis.time_series.preparation import Preparation
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.sizes import MOST_HELD, refuse_numbers
 from tests.cli.test_every_command import ODD
 from tests.command_line import EXAMPLES, refused
 
@@ -22,28 +22,28 @@ TWO_AXIS, RX90 = EXAMPLES / "two_axis.toml", EXAMPLES / "rx90.par"
 FORCES = [f"--input tool.{part}{x}" for part in "fm" for x in "xyz"]
 FRAMES = ("tool", "ram", "sensor_head", "cart_y")
 PLACES = [f"--output {frame}.{x}" for frame in FRAMES for x in ("x", "y", "z", "rx", "ry", "rz")]
-EXCITED = "--out e.npz --position -1:1 --velocity 1 --acceleration 9 --frequency 1 --evaluations 1"
+EXCITED = "--out e.npz --position -1:1 --velocity 1 --acceleration 9 --fundamental 1 --evaluations 1"
 
 
 def test_the_bound() -> None:
     refuse_numbers(MOST_HELD, "they", "a.toml", "--over", "give fewer")
     with pytest.raises(InputError) as error:
         refuse_numbers(MOST_HELD + 1, "9 positions", "a.toml", "--over", "give fewer")
-    assert str(error.value) == "a.toml: --over: 9 positions make 5e+07 numbers, 5e+07 are the most: give fewer"
+    assert str(error.value) == "a.toml: --over: 9 positions make 5e+07 numbers, 5e+07 is the limit: give fewer"
 
 
 @pytest.mark.parametrize(
     ("command", "machine", "options", "said"),
     [
         (
-            *("response", TWO_AXIS, " ".join(["--frequencies 1:9:200000 --hold all", *FORCES, *PLACES])),
-            "--frequencies: 200000 frequencies of 6 inputs and 24 outputs make",
+            *("response", TWO_AXIS, " ".join(["--band 1:9:200000 --hold all", *FORCES, *PLACES])),
+            "--band: 200000 frequencies of 6 inputs and 24 outputs make",
         ),
-        ("feed-forward", TWO_AXIS, "--rate 1e6 --duration 4.9", "--rate: 4900001 samples of 2 motors with"),
-        ("excite", TWO_AXIS, f"{EXCITED} --rate 9e5 --periods 3", "--rate: 4.5e+06 samples of 2 motors make"),
-        ("excite", TWO_AXIS, f"{EXCITED} --rate 1e9", "--rate: 1e+09 Hz makes 5e+09 samples, 5e+06 are the most"),
+        ("feed-forward", TWO_AXIS, "--sample-rate 1e6 --duration 4.9", "rate: 4900001 samples of 2 motors with"),
+        ("excite", TWO_AXIS, f"{EXCITED} --sample-rate 9e5 --periods 3", "rate: 4.5e+06 samples of 2 motors make"),
+        ("excite", TWO_AXIS, f"{EXCITED} --sample-rate 1e9", "rate: 1e+09 Hz makes 5e+09 samples, 5e+06 is the limit"),
         ("trade", RX90, "--states 1000000 --model regressor", "--states: 1000000 states with"),
-        ("modes", "chain.toml", "--over j1=0:1:10000", "--over: 10000 positions of 40 joints make"),
+        ("modes", "chain.toml", "--along j1=0:1:10000", "--along: 10000 positions of 40 joints make"),
     ],
 )
 def test_commands(
@@ -52,7 +52,7 @@ def test_commands(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "chain.toml").write_text(ODD["long_chain"])
     line = refused(command, machine, *options.split())
-    assert said in line and "are the most: " in line
+    assert said in line and "is the limit: " in line
     assert [path.name for path in tmp_path.iterdir()] == ["chain.toml"]
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.machine.formats import write_machine
+from symoro_elastic.formats import write_machine
+from tests.analysis.sweeps.machines import SLIDE, hertz
 from tests.command_line import ended, refused, run
-from tests.sweeps.machines import SLIDE, hertz
 
 DESCRIPTION = """
 of = "response"
@@ -33,7 +33,7 @@ def _machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_tables_files_and_plots(tmp_path: Path) -> None:
-    over = ("sweep", "slide.toml", "--over", "m=1,2,4", "--hold", "all", "--figure", "frequency_*")
+    over = ("sweep", "slide.toml", "--over", "m=1,2,4", "--hold", "all", "--result", "frequency_*")
     said = run(*over, "--out", "a.csv", "--plots", "one").stdout
     assert "Sweep of slide: modes at 3 points of m" in said and "frequency_1, Hz" in said and "wrote a.csv" in said
     with open("a.csv") as stream:
@@ -72,10 +72,10 @@ def test_points_without_result_are_counted_and_null_in_json() -> None:
     [
         ("of = 3", "sweep.toml: of: must be a text"),
         ('over = { m = "(1.0, nan)" }', "sweep.toml: over, m: 'm=(1.0, nan)'"),
-        ("over = { m = [1.0, nan] }", "sweep.toml: over, m: nan is no number"),
-        ('over = { m = "1,2" }\nfrequencies = [inf]', "sweep.toml: frequencies: inf is no number"),
+        ("over = { m = [1.0, nan] }", "sweep.toml: over, m: nan is not a number"),
+        ('over = { m = "1,2" }\nfrequencies = [inf]', "sweep.toml: frequencies: inf is not a number"),
         ('over = { m = ["a"] }', "sweep.toml: over, m: must be a number"),
-        ("over = { m = [nan] }", "nan is no number"),
+        ("over = { m = [nan] }", "nan is not a number"),
         ("over = { m = [] }", "an empty grid has no point"),
         ("over = { m = true }", "must be a number"),
         ("overs = 3", "did you mean 'over'?"),
@@ -95,10 +95,10 @@ def test_descriptions_that_are_none(text: str, said: str) -> None:
         ("--over m=", "is not NAME=VALUES"),
         ("--over m=1,2 --over m=3", "m is given twice: give it one value, list or range"),
         ("--over m=1 --workers -1", "--workers: -1"),
-        ("--over m=1 --samples 3.5", "--samples: '3.5' is no whole number"),
-        ("--over m=1 --out a.txt", "--out: no form '.txt'"),
-        ("--over m=1 --scheduler somewhere", "--scheduler: 'somewhere' is no address"),
-        ("", "--over: nothing is swept"),
+        ("--over m=1 --samples 3.5", "--samples: '3.5' is not a whole number"),
+        ("--over m=1 --out a.txt", "--out: there is no format '.txt'"),
+        ("--over m=1 --scheduler somewhere", "--scheduler: 'somewhere' is not an address"),
+        ("", "--over: nothing to sweep"),
     ],
 )
 def test_options_that_are_refused(options: str, said: str, tmp_path: Path) -> None:
@@ -124,5 +124,5 @@ def test_an_interrupted_sweep_says_where_its_points_are(monkeypatch: pytest.Monk
     assert found.code == 130 and "note: interrupted, a.csv.journal keeps what was computed" in found.err
     assert not Path("a.csv").exists() and len(Path("a.csv.journal").read_text().splitlines()) == 3
     found = ended(*over)
-    assert found.code == 0 and "note: 2 of 4 points were computed before, and are kept" in found.err
+    assert found.code == 0 and "note: 2 of 4 points were computed before and are kept" in found.err
     assert len(calls) == 5 and Path("a.csv").exists() and not Path("a.csv.journal").exists()

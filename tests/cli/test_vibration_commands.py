@@ -11,21 +11,21 @@ import numpy as np
 import pytest
 import scipy.io
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import write_machine
+from symoro_elastic.analysis.vibration.comparison import compare
+from symoro_elastic.analysis.vibration.export import control_system, labels, save_linearization
+from symoro_elastic.analysis.vibration.modes import modes
+from symoro_elastic.analysis.vibration.plots import losses, over_two
+from symoro_elastic.analysis.vibration.responses import frequency_response
+from symoro_elastic.analysis.vibration.tracking import over_grid
+from symoro_elastic.formats import write_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Kind
-from symoro_elastic.vibration.comparison import compare
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.export import arrays_of, control_system, labels, save_linearization
-from symoro_elastic.vibration.modes import modes
-from symoro_elastic.vibration.plots import losses, over_two
-from symoro_elastic.vibration.responses import frequency_response
-from symoro_elastic.vibration.tracking import over_grid
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from tests.analysis.vibration.machines import drive, linearized, machine_of, slide, spring
+from tests.analysis.vibration.test_modes import PRINTED, two_axis
 from tests.command_line import EXAMPLES, refused, run
 from tests.compiled_models import cell
 from tests.references.random_machines import random_machine
-from tests.vibration.machines import drive, linearized, machine_of, slide, spring
-from tests.vibration.test_modes import PRINTED, two_axis
 
 TWO_AXIS = EXAMPLES / "two_axis.toml"
 AT = ("--at", "motor_x=0.3", "--at", "motor_y=0.1")
@@ -58,7 +58,7 @@ def test_motors_held_or_under_control() -> None:
 
 
 def test_modes_over_positions(tmp_path: Path) -> None:
-    over = ("modes", TWO_AXIS, "--at", "motor_x=0.3", "--over", "motor_y=0:0.4:3")
+    over = ("modes", TWO_AXIS, "--at", "motor_x=0.3", "--along", "motor_y=0:0.4:3")
     found = figures(*over, "--plots", tmp_path)
     assert [round(row[5], 1) for row in found["frequencies"]] == [87.7, 98.9, 103.1]
     assert "mode 6 depends most on the position" in run(*over).stdout
@@ -70,7 +70,7 @@ def test_modes_over_positions(tmp_path: Path) -> None:
 
 
 def test_response_on_the_command_line(tmp_path: Path) -> None:
-    asked = ("response", TWO_AXIS, *AT, "--input", "motor_x", "--output", "tool.x", "--frequencies", "10:100:50")
+    asked = ("response", TWO_AXIS, *AT, "--input", "motor_x", "--output", "tool.x", "--band", "10:100:50")
     found = figures(*asked, "--out", tmp_path / "r.csv", "--plots", tmp_path)
     (transfer,) = found["transfers"]
     assert transfer["resonances"][0] == pytest.approx(26.0732, rel=1e-6) and found["points"] == 50
@@ -90,8 +90,8 @@ def test_signals_of_held_motors_are_left_out() -> None:
         ("motor_y.tau", "motor_y.q", False),
         ("motor_y.tau", "tool.z", True),
     ]
-    said = "motor_x is held: its torque and its encoder are no signals"
-    assert found["notes"] == [said, "no response: motor_y.tau does not move tool.z"]
+    said = "motor_x is held: its torque and its encoder are not signals"
+    assert found["notes"] == [said, "no response: motor_y.tau has no effect on tool.z"]
     assert found["transfers"][1]["poles"] == found["transfers"][1]["resonances"] == []
     shown = run("response", TWO_AXIS, *held, "--output", "tool.z").stdout
     assert "no response  " in shown and found["notes"][1] in shown
@@ -113,7 +113,7 @@ def test_pictures_of_a_comparison(tmp_path: Path) -> None:
     run("compare", tmp_path / "drive.toml", "--duration", "0.1", "--plots", tmp_path / "p", "--json")
     assert {path.name for path in (tmp_path / "p").iterdir()} == {"torques.png", "accelerations.png"}
     found = compare(drive(), duration=0.1)
-    (torque, _), t = found.losses, found.course.t
+    (torque, _), t = found.losses, found.trajectory.t
     values, missed = losses([torque], t).axes
     assert [line.get_label() for line in values.lines] == ["full", "reduced", "rigid"]
     reduced, rigid = (line.get_ydata() for line in missed.lines)
@@ -129,7 +129,7 @@ def test_a_linearization_in_a_file(suffix: str, tmp_path: Path) -> None:
         save_linearization(linear, each)
     assert path.read_bytes() == again.read_bytes()
     loaded = np.load(path) if suffix == "npz" else scipy.io.loadmat(path)
-    for name, x in arrays_of(linear).items():
+    for name, x in linear.arrays().items():
         found = loaded[name]
         if isinstance(x, list):
             assert [str(np.atleast_1d(y)[0]) for y in np.ravel(found)] == x
@@ -146,18 +146,19 @@ def test_linearize_on_the_command_line(tmp_path: Path) -> None:
 
 
 def test_a_held_motor_is_called_held(tmp_path: Path) -> None:
-    """Its torque is no input, and its encoder no output: text, JSON and files say so."""
-    note = "motor_x is held: its torque and its encoder are no signals"
+    """Its torque is not an input, and its encoder no output: text, JSON and files say so."""
+    note = "motor_x is held: its torque and its encoder are not signals"
     shown = run("linearize", TWO_AXIS, *AT, "--hold", "motor_x", "--out", tmp_path / "two.mat").stdout
     assert note in shown.splitlines() and "motor_y is held" not in shown
     found = figures("linearize", TWO_AXIS, *AT, "--hold", "motor_x")
     assert found["notes"] == [note] and found["inputs"] == ["motor_y.tau"] and found["outputs"] == ["motor_y.q"]
     assert len(found["B"][0]) == len(found["C"]) == 1
-    assert note in run("response", TWO_AXIS, *AT, "--hold", "motor_x", "--frequencies", "10:20:3").stdout
+    assert note in run("response", TWO_AXIS, *AT, "--hold", "motor_x", "--band", "10:20:3").stdout
     assert (tmp_path / "two.mat").read_bytes().startswith(b"MATLAB 5.0 MAT-file; " + note.encode() + b"  ")
     alone = linearized(drive(), ins=["load.fz"], outs=["load"], held=["motor"])
     assert (
-        alone.notes == ("motor is held: its torque and its encoder are no signals",) and linearized(drive()).notes == ()
+        alone.notes == ("motor is held: its torque and its encoder are not signals",)
+        and linearized(drive()).notes == ()
     )
     save_linearization(linearized(drive()), tmp_path / "free.mat")
     assert scipy.io.loadmat(tmp_path / "free.mat")["notes"].size == 0
@@ -204,19 +205,19 @@ REFUSED = {
     "--torque motor_y=1010.43": "equilibrium: there is none nearby: motor_y = ",
     "--torque bed_x=1": "--torque: bed_x has no motor; motors are motor_x, motor_y",
     "--hold ram": "--hold: ram has no motor; motors are motor_x, motor_y",
-    "--hold motor_x --pd motor_x=1:1": "--pd: motor_x is held: leave out one of --hold and --pd",
+    "--hold motor_x --pd motor_x=1:1": "--pd: motor_x is held: remove --hold or --pd",
     "--pd motor_x=1": "--pd: 'motor_x=1' is not MOTOR=KP:KD",
     "--rate motor_x=1": "--rate: an equilibrium is at rest: add --as-given",
     "--value K=1": "two_axis.toml: parameters: no parameter 'K'",
-    "--over motor_y=0:1": "--over: 'motor_y=0:1': give LOW:HIGH:COUNT",
-    "--over motor_y=0:1:20000": "--over: 20000 positions",
-    "--over motor_y=0:1:3 --as-given": "--over: modes over positions are those of equilibria",
+    "--along motor_y=0:1": "--along: 'motor_y=0:1': give LOW:HIGH:COUNT",
+    "--along motor_y=0:1:20000": "--along: 20000 positions",
+    "--along motor_y=0:1:3 --as-given": "--along: modes along positions are those of equilibria",
     "--at motor_x=nan": "--at: 'motor_x=nan' is not NAME=NUMBER: nan is not finite",
     "--torque motor_x=1e300": "two_axis.toml: --torque: motor_x=1e+300 is out of range",
     "--value D4=nan": "--value: 'D4=nan' is not NAME=NUMBER: nan is not finite",
     "--pd motor_x=inf:1": "--pd: ",
-    "--over ram=0:1:3": "--over: ram is not held, so the equilibrium decides where it is: go over motors",
-    "--out m.txt": "m.txt: --out: no form '.txt': end the name with .npz or .mat",
+    "--along ram=0:1:3": "--along: ram is not held, so its position is that of the equilibrium: give motors instead",
+    "--out m.txt": "m.txt: --out: there is no format '.txt': end the name with .npz or .mat",
 }
 
 
@@ -231,16 +232,14 @@ def test_modes_refused(options: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize("name", ["two-axis.m", "2.m", "x.csv"])
 def test_files_of_a_linearization_that_no_program_reads_are_refused(name: str, tmp_path: Path) -> None:
     line = refused("linearize", TWO_AXIS, "--out", tmp_path / name)
-    reason = (
-        "end the name with .npz or .mat or .m" if name == "x.csv" else "MATLAB calls the function as the file: name"
-    )
+    reason = "end the name with .npz or .mat or .m" if name == "x.csv" else "MATLAB names the function by the file"
     assert f"{name}: --out: " in line and reason in line
     assert not list(tmp_path.iterdir())
 
 
 SIGNALS = {
-    "--hold all": "two_axis.toml: --input: no motor is there, or all are held: name one, such as sensor_head.fx",
-    "--hold all --input tool.fx": "--output: no motor is there, or all are held: name one, such as sensor_head.x",
+    "--hold all": "two_axis.toml: --input: there is no motor, or all are held: name an input, such as sensor_head.fx",
+    "--hold all --input tool.fx": "--output: there is no motor, or all are held: name an input, such as sensor_head.x",
     "--hold motor_x --input motor_x": "--input: motor_x.tau is of a motor that is held, so nothing moves there",
     "--hold motor_x --output motor_x.qdd": "--output: motor_x.qdd is of a motor that is held, so nothing moves there",
     "--input ram": "input: 'ram': ram has no motor",
@@ -248,15 +247,15 @@ SIGNALS = {
     "--input tol.fx": "input: 'tol.fx': no frame 'tol'; did you mean 'tool'?",
     "--output tool.q": "output: 'tool.q': no joint 'tool' moves",
     "--output tool": "signal: 'tool' is not NAME.QUANTITY",
-    "--output tool@at@(0,L9,0).x": "L9 is no parameter of the machine",
+    "--output tool@at@(0,L9,0).x": "L9 is not a parameter of the machine",
     "--output tool@at@(0,0).x": "a point has three coordinates",
     "--output tool@in@ram.x": "directions are axes of frame 0: leave out 'in ram'",
-    "--frequencies 10": "--frequencies: '10': give LOW:HIGH:COUNT",
-    "--frequencies 10:1:5": "--frequencies: from 10 to 1 Hz in 5 points",
-    "--frequencies 1:10:1000000000": "in 1000000000 points: give 1e-09 <= LOW < HIGH <= 1e+12 and 2 to 200000 points",
-    "--damping -1": "--damping: -1 is no damping ratio",
+    "--band 10": "--band: '10': give LOW:HIGH:COUNT",
+    "--band 10:1:5": "--band: from 10 to 1 Hz in 5 points",
+    "--band 1:10:1000000000": "in 1000000000 points: give 1e-09 <= LOW < HIGH <= 1e+12 and 2 to 200000 points",
+    "--damping -1": "--damping: -1 is not a damping ratio",
     "--out r.dat": "end the name with .csv or .npz or .mat",
-    "--plots two_axis.toml": "two_axis.toml: --plots: is a file, others cannot be written",
+    "--plots two_axis.toml": "two_axis.toml: --plots: is a file, not a folder",
 }
 
 
@@ -273,10 +272,10 @@ def test_responses_refused(options: str, tmp_path: Path, monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ("--stroke nan", "--stroke: 'nan' is no number: nan is not finite"),
-        ("--duration 0", "--duration: 0 s is no time to move in"),
-        ("--duration 1e9", "--duration: 1e+09 s at 1105 Hz is too long to follow: cut it to 45.2 s"),
-        ("--ratio motor_y=20", "--ratio: motor_y is no revolute motor with a rotor inertia"),
+        ("--stroke nan", "--stroke: 'nan' is not a number: nan is not finite"),
+        ("--duration 0", "--duration: 0 s is not a duration"),
+        ("--duration 1e9", "--duration: 1e+09 s at 1105 Hz is too long to integrate: cut it to 45.2 s"),
+        ("--ratio motor_y=20", "--ratio: motor_y is not a revolute motor with a rotor inertia"),
         ("--motion none.csv", "none.csv"),
         ("--value foo=1", "parameters: no parameter 'foo'"),
         ("--value ram.mass=nan", "--value: 'ram.mass=nan' is not NAME=NUMBER: nan is not finite"),

@@ -16,10 +16,10 @@ import pytest
 
 from symoro_elastic import cli
 from symoro_elastic.cli.options import InputFile, OutputFile, OutputFolder
-from symoro_elastic.errors import InputError
-from symoro_elastic.output_files import STAGING, permission, write_all, write_file
-from symoro_elastic.output_folder import MANIFEST, write_files
-from symoro_elastic.pictures import PICTURE_FORMATS
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import STAGING, permission, write_all, write_file
+from symoro_elastic.foundation.output_folder import MANIFEST, write_files
+from symoro_elastic.foundation.pictures import PICTURE_FORMATS
 from tests.command_line import EXAMPLES, refused, run
 
 TWO_R, TWO_AXIS = EXAMPLES / "planar_2r.toml", EXAMPLES / "two_axis.toml"
@@ -33,14 +33,14 @@ WRITING = {
     "new": ("out.toml",),
     "formats": ("--out", "out.md"),
     "schema": ("--out", "out.json"),
-    "excite": (TWO_R, *LIMITS, "--rate", "20", "--out", "out.csv"),
+    "excite": (TWO_R, *LIMITS, "--sample-rate", "20", "--out", "out.csv"),
     "linearize": (TWO_R, "--out", "out.npz"),
     "modes": (TWO_AXIS, "--out", "out.mat"),
-    "response": (TWO_AXIS, "--frequencies", "1:10:3", "--out", "out.csv"),
+    "response": (TWO_AXIS, "--band", "1:10:3", "--out", "out.csv"),
     "simulate": (TWO_R, "--scene", MOTION, "--step", "0.01", "--out", "out.csv"),
-    "ladder": (TWO_R, "--scene", MOTION, "--out", "out.toml"),
+    "ladder": (TWO_R, "--scene", MOTION, "--save", "out.toml"),
     "sweep": (TWO_AXIS, "--over", "ram.k=1e6,1e7", "--out", "out.csv"),
-    "feed-forward": (TWO_R, "--duration", "0.1", "--rate", "50", "--out", "out.csv"),
+    "feed-forward": (TWO_R, "--duration", "0.1", "--sample-rate", "50", "--out", "out.csv"),
 }
 """Arguments with which each command that writes one file writes it; `identify --save` needs measurements first."""
 
@@ -92,9 +92,9 @@ def test_no_command_writes_onto_its_input(link: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("out", "said"),
     [
-        ("", "is no name of a file"),
-        ("a\nb", "is no name of a file"),
-        ("a\x1b[2Jb", "is no name of a file"),
+        ("", "is not a name of a file"),
+        ("a\nb", "is not a name of a file"),
+        ("a\x1b[2Jb", "is not a name of a file"),
         ("none/a.tex", "--out: cannot be written: its folder does not exist"),
         (".", "--out: cannot be written: it is a folder"),
     ],
@@ -115,21 +115,12 @@ def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path
     scene = ("--scene", "scene.toml")
     more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene}.get(command, ())
     assert refused(command, "none.toml", *more, "--plots", "mine") == (
-        "mine: --plots: is a file, others cannot be written into it: choose another folder"
+        "mine: --plots: is a file, not a folder: choose another folder"
     )
 
 
 def test_pictures_are_replaced_with_force_only(tmp_path: Path) -> None:
-    shown = (
-        "response",
-        TWO_AXIS,
-        "--input",
-        "motor_x.tau",
-        "--frequencies",
-        "1:10:3",
-        "--plots",
-        tmp_path / "new/plots",
-    )
+    shown = ("response", TWO_AXIS, "--input", "motor_x.tau", "--band", "1:10:3", "--plots", tmp_path / "new/plots")
     run(*shown)
     first = contents(tmp_path)
     assert list(first) == ["new/plots/bode_motor_x_tau.png"]
@@ -143,7 +134,7 @@ DRAWING = [name for name, command in cli.cli.commands.items() if any(p.name == "
 
 def test_every_command_that_draws_offers_the_formats_of_pictures() -> None:
     for name in DRAWING:
-        (picture,) = (p for p in cli.cli.commands[name].params if p.name == "picture")
+        (picture,) = (p for p in cli.cli.commands[name].params if p.name == "plot_format")
         assert picture.shell_complete is not None
         completed = [item.value for item in picture.shell_complete(click.Context(cli.cli.commands[name]), "")]
         assert completed == list(PICTURE_FORMATS), name
@@ -154,7 +145,7 @@ BEGINNINGS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 @pytest.mark.parametrize("form", PICTURE_FORMATS)
 def test_pictures_are_drawn_in_the_format_asked_for(form: str, tmp_path: Path) -> None:
-    asked = ("--picture", form) if form != PICTURE_FORMATS[0] else ()
+    asked = ("--plot-format", form) if form != PICTURE_FORMATS[0] else ()
     run("modes", TWO_AXIS, "--plots", tmp_path, *asked)
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == [f"energies.{form}", f"shapes.{form}"]
@@ -165,10 +156,10 @@ def test_pictures_are_drawn_in_the_format_asked_for(form: str, tmp_path: Path) -
 def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
     scene = ("--scene", "scene.toml")
     more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene}.get(command, ())
-    unknown = refused(command, "none.toml", *more, "--plots", "p", "--picture", "bmp")
-    assert unknown == "symoro-elastic: --picture: no format 'bmp': choose from png, svg, pdf"
-    alone = refused(command, "none.toml", *more, "--picture", "svg")
-    assert alone == "symoro-elastic: --picture: there are no plots: name their folder with --plots"
+    unknown = refused(command, "none.toml", *more, "--plots", "p", "--plot-format", "bmp")
+    assert unknown == "symoro-elastic: --plot-format: no format 'bmp': choose from png, svg, pdf"
+    alone = refused(command, "none.toml", *more, "--plot-format", "svg")
+    assert alone == "symoro-elastic: --plot-format: there are no plots: name their folder with --plots"
 
 
 def test_devices_and_pipes_take_what_is_written() -> None:
@@ -208,7 +199,7 @@ def test_a_file_keeps_its_mode_and_a_new_one_has_the_usual(tmp_path: Path) -> No
 
 def test_leftovers_of_killed_runs_are_removed_and_those_of_live_ones_stay(tmp_path: Path) -> None:
     held = (
-        "import sys; from pathlib import Path; from symoro_elastic.output_files import _staging\n"
+        "import sys; from pathlib import Path; from symoro_elastic.foundation.output_files import _staging\n"
         "with _staging(Path(sys.argv[1])) as folder: print(folder.name, flush=True); sys.stdin.read()"
     )
     command = [sys.executable, "-c", held, str(tmp_path)]
@@ -320,7 +311,7 @@ def test_a_run_killed_between_two_files_is_no_change_by_hand(renamed: int, tmp_p
 
 def test_four_runs_at_once_leave_a_whole_folder(tmp_path: Path) -> None:
     many = (
-        "import sys; from pathlib import Path; from symoro_elastic.output_folder import write_files\n"
+        "import sys; from pathlib import Path; from symoro_elastic.foundation.output_folder import write_files\n"
         "for k in range(20): write_files(Path(sys.argv[1]), {f'{n}.c': f'{k} {n}' for n in range(5)})"
     )
     runs = [subprocess.Popen([sys.executable, "-c", many, str(tmp_path)], stderr=subprocess.PIPE) for _ in range(4)]

@@ -52,7 +52,7 @@ def _small_motions(name: str, state: dict[str, Any]) -> dict[str, list[list[str]
 def _state(name: str, chooser: random.Random) -> dict[str, Any]:
     chain = Chain(machine(name))
     start = {k: value.value() for loop in chain.machine.loops for k, value in loop.start.items()}
-    joints = [chain.machine.joint(j) for j in chain.machine.moving]
+    joints = [chain.machine.joint(j) for j in chain.machine.independent]
     first = [start.get(variable, 0.0) for variable in chain.independent]
     shifts = [_reach(chain, joint) * chooser.uniform(-1, 1) for joint in joints]
     u, guess = _reachable(chain, start, first, shifts)

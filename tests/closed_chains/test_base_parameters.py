@@ -8,18 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.grouping import base_machine, base_parameters, checked_grouping
+from symoro_elastic.formats import read_machine
+from symoro_elastic.generation.grouping import base_machine, base_parameters, checked_grouping
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
-from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.models.base_parameters import base_grouping
 from symoro_elastic.numerics.independence import rank
 from symoro_elastic.numerics.random_motion import random_motion
 from symoro_elastic.numerics.rank import RANK_TOLERANCE, cross_check, enough_states, stacked_regressor
 from tests.closed_chains.machines import FILES, machine, reordered, situations
 from tests.closed_chains.test_regressors import inputs_of
 from tests.references.virtual_work import VirtualWork
+
+pytestmark = pytest.mark.sampled(6)
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 OBLIQUE = (Formula.parse(3), Formula.parse("-2"), Formula.parse("-9"))
@@ -35,7 +37,7 @@ COUNTS = {"sr400": (55, 44), "parallelogram": (38, 27), "five_bar": (21, 20)}
 def test_known_counts(name: str) -> None:
     described = machine(name)
     tilted = described if name == "five_bar" else replace(described, base=replace(described.base, gravity=OBLIQUE))
-    rules = grouped(tilted)
+    rules = base_grouping(tilted)
     assert (rules.count, cross_check(tilted, rules).rank) == COUNTS[name]
     found, checked = checked_grouping(tilted)
     assert found.count == COUNTS[name][1]
@@ -92,8 +94,8 @@ def test_without_values_of_the_geometry_the_rules_of_the_tree_are_used() -> None
     described = machine("sr400")
     unknown = replace(described, parameters=tuple(replace(p, value=None) for p in described.parameters))
     regrouped, (warning,) = base_machine(unknown)
-    assert "give values to D2, D3, D4, D8, RL4; until then that of the rules is used" in warning
-    assert len(base_parameters(unknown).formulas) == len(grouped(described).parameters)
+    assert "give values to D2, D3, D4, D8, RL4; until then the grouping by the rules is used" in warning
+    assert len(base_parameters(unknown).formulas) == len(base_grouping(described).parameters)
     assert {parameter.name for parameter in regrouped.parameters} >= {"D2", "D3", "D4", "D8", "RL4"}
 
 
@@ -103,7 +105,7 @@ def test_lengths_without_values_are_drawn_so_that_loops_close() -> None:
         described = machine(name)
         given = (replace(p, value=None) if p.name in unknown else p for p in described.parameters)
         without = replace(described, parameters=tuple(given))
-        assert cross_check(without, grouped(without)).rank == count
+        assert cross_check(without, base_grouping(without)).rank == count
 
 
 def test_ratios_and_shares_of_motors_stay_right() -> None:

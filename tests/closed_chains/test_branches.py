@@ -11,16 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.loops.plan import Form, plan_of
-from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.numerics.values import given_values
+from symoro_elastic.numerics.verification.assembled_states import start_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import FILES, machine
+
+pytestmark = pytest.mark.sampled(5)
 
 CRANK, BASE, ROCKER = 0.15, 0.5, 0.3
 CHANGE_POINT = BASE - CRANK + ROCKER
@@ -79,7 +80,7 @@ def test_a_four_bar_near_its_change_point_is_a_triangle_on_its_branch(near: floa
     """Rods shorter than that of the change point by 0.25 m to 1e-11 m: closed at all positions, never turned over."""
     rod = CHANGE_POINT - 10**-near
     described = four_bar(rod, q1, side)
-    (loop,) = plan_of(described, Bound).loops
+    (loop,) = plan_of(described).loops
     assert loop.form is Form.TRIANGLE
     positions = (q1, 0.0, 1e-6, -1e-4, 0.3, -0.8)
     for at, (q2, q3) in zip(positions, dependent(described, positions), strict=True):
@@ -90,7 +91,7 @@ def test_a_four_bar_near_its_change_point_is_a_triangle_on_its_branch(near: floa
 @pytest.mark.parametrize(("q1", "side"), [(0.5, 1), (0.01, -1), (-0.01, 1)])
 def test_the_change_point_itself_bounds_the_branch(q1: float, side: int) -> None:
     described = four_bar(CHANGE_POINT, q1, side)
-    assert plan_of(described, Bound).loops[0].form is Form.TRIANGLE
+    assert plan_of(described).loops[0].form is Form.TRIANGLE
     positions = (q1, 0.9, -0.9)
     for at, (q2, q3) in zip(positions, dependent(described, positions), strict=True):
         gap, area = gap_and_area(CHANGE_POINT, at, q2, q3)
@@ -100,7 +101,7 @@ def test_the_change_point_itself_bounds_the_branch(q1: float, side: int) -> None
 def test_a_flat_start_tells_no_branch() -> None:
     """q_dep tells it then: the models take that."""
     described = toml.read(FOUR_BAR.format(rod=CHANGE_POINT, q1=0.0, q2=0.0, q3=0.0), "four_bar.toml")
-    assert plan_of(described, Bound).loops[0].form is Form.ASSEMBLED
+    assert plan_of(described).loops[0].form is Form.ASSEMBLED
 
 
 @pytest.mark.parametrize("opened", [0.0, 1e-9, -1e-3, 0.3])
@@ -110,7 +111,7 @@ def test_a_parallelogram_that_starts_flat_is_one(opened: float) -> None:
     at = {"th2": -1.0, "th7": opened - 1.0, "th3": opened - math.pi / 2, "th8": -opened}
     start = ", ".join(f"{name} = {x!r}" for name, x in at.items())
     described = toml.read(re.sub(r"start = \{[^}]*\}", f"start = {{ {start} }}", text), "sr400.toml")
-    assert plan_of(described, Bound).loops[0].form is Form.MAP
+    assert plan_of(described).loops[0].form is Form.MAP
 
 
 STEPS, SHORTEST, LONGEST_STEP = 320, 1.5 / 320, 0.08
@@ -132,6 +133,7 @@ def in_small_steps(described: Machine) -> Iterator[list[float]]:
         yield found
 
 
+@pytest.mark.thorough
 def test_far_positions_are_on_the_branch_of_the_start() -> None:
     """A loop that nearly folds on the way, asked for at positions up to 1.5 rad from the start."""
     described = machine("ring_with_slide")

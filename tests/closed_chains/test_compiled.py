@@ -13,7 +13,7 @@ import pytest
 
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.traced import traced
+from symoro_elastic.models.traced import trace_models
 from tests.closed_chains.machines import machine, situations
 from tests.closed_chains.test_models import ASSEMBLED, assert_near, driven, independent
 from tests.generated_code import COMPILERS
@@ -23,13 +23,13 @@ MODELS = ("direct_dynamics", "inverse_dynamics", "constraint_forces", "energy")
 COMPILED = ("coupled_wrist", "delta", "five_bar", "ring", "sr400")
 STATES = range(2)
 
-pytestmark = pytest.mark.skipif(not COMPILERS, reason="no C compiler")
+pytestmark = [pytest.mark.skipif(not COMPILERS, reason="no C compiler"), pytest.mark.sampled(6)]
 
 
 @cache
 def compiled(name: str) -> CompiledPackage:
     models = (*MODELS, "assemble") if name in ASSEMBLED else MODELS
-    package = traced(machine(name), Scene(models=models)).package
+    package = trace_models(machine(name), Scene(models=models)).package
     with TemporaryDirectory() as folder:
         return compile_package(package, Path(folder), flags=("-O0",))
 

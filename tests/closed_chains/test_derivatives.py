@@ -18,6 +18,8 @@ from tests.closed_chains.test_models import assert_near, computed, independent, 
 from tests.references.closed_chains import Array, State, in_many_digits, nearest_double
 from tests.references.constraint_multipliers import Multipliers
 
+pytestmark = pytest.mark.sampled(6)
+
 DIFFERENTIATED = (
     "cam",
     "delta",

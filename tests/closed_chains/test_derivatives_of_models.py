@@ -17,6 +17,8 @@ from tests.closed_chains.test_references import worst
 from tests.closed_chains.traced import Results, results, traced
 from tests.references.closed_chains import Array, State, exact, in_many_digits
 
+pytestmark = pytest.mark.sampled(6)
+
 MACHINES = (
     "ball_screw",
     "cam",
@@ -81,7 +83,7 @@ def _rows(described: Machine, model: str, of: str, wanted: Array) -> Array:
     """Derivatives of the inverse model have rows for the accelerations that it finds only."""
     if (model, of) != ("inverse_dynamics", "qdd"):
         return wanted
-    return wanted[[k for k, j in enumerate(described.moving) if j not in described.motors]]
+    return wanted[[k for k, j in enumerate(described.independent) if j not in described.motors]]
 
 
 @pytest.mark.parametrize("model", DRIVING)

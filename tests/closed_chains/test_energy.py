@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.codegen.integration.tableaus import RK4, step
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Joint, Machine, Wrench
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.traced import traced
+from symoro_elastic.models.traced import trace_models
 from tests.closed_chains.machines import machine
 from tests.generated_code import COMPILERS
+
+pytestmark = pytest.mark.sampled(5)
 
 STEPS, STEP = 10_000, 1e-3
 """10 s."""
@@ -47,11 +48,12 @@ def motion(code: CompiledPackage) -> Any:
     return np.array(states)
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not COMPILERS, reason="no C compiler")
 def test_energy_stays_and_the_loop_stays_closed(tmp_path: Path) -> None:
     models = ("direct_dynamics", "energy", "geometric_model")
     scene = Scene(models=models, outputs={"geometric_model": FRAMES})
-    code = compile_package(traced(without_losses(machine("four_bar")), scene).package, tmp_path)
+    code = compile_package(trace_models(without_losses(machine("four_bar")), scene).package, tmp_path)
     states = motion(code)
     q, qd = states[:, :2], states[:, 2:]
     assert np.ptp(q[:, 0]) > 4 * np.pi

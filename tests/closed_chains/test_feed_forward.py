@@ -11,19 +11,20 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.feed_forward import over_time
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.closed_chains.machines import machine, situations
 from tests.references.closed_chains import DIGITS, Array, State, exact, in_many_digits
 from tests.references.virtual_work import VirtualWork
+
+pytestmark = pytest.mark.sampled(5)
 
 STEP, EXACT = mpf(10) ** -20, 1e-25
 AT = mpf("0.37")
@@ -33,7 +34,7 @@ WRIST = Path(__file__).parent / "mixing_wrist.toml"
 
 def undamped(described: Machine, locked: Mapping[str, str]) -> Machine:
     """The machine without dampers, and without the springs that no motor makes follow."""
-    kept = restricted(described, Scene(locked={name: Formula.parse(x) for name, x in locked.items()}))
+    kept = restrict(described, Scene(locked={name: Formula.parse(x) for name, x in locked.items()}))
     springs = (replace(joint, spring=replace(joint.spring, damping=ZERO)) for joint in kept.joints)
     return replace(kept, joints=tuple(springs))
 
@@ -90,7 +91,7 @@ def test_through_a_ball_screw() -> None:
 
 def test_springs_on_the_axis_behind_a_transmission() -> None:
     described = undamped(machine("ball_screw"), {"screw_axial": "0", "screw": "0", "encoder": "0"})
-    assert [j.name for j in described.moving_joints][-1] == "table"
+    assert [j.name for j in described.independent_joints][-1] == "table"
     assert_followed(described, [0.02], {}, [])
 
 
@@ -177,7 +178,7 @@ def test_a_damped_spring_whose_stiffness_changes_is_refused() -> None:
     with pytest.raises(InputError, match=r"joint 2 \(flap\), damping: .*differential equation"):
         trace(with_spring(strut("3000"), "flap", "5000 + s", damping="1"), "feed_forward")
     with pytest.raises(InputError, match=r"joint 2 \(flap\), stiffness: .*depends on positions, and .* damping"):
-        over_time(Bound(with_spring(strut("3000"), "flap", "5000 + s", damping="1")))
+        over_time(with_spring(strut("3000"), "flap", "5000 + s", damping="1"))
 
 
 def test_stiffness_that_changes_with_another_load(wrist: Machine) -> None:
@@ -191,7 +192,7 @@ def test_stiffness_that_changes_with_another_load(wrist: Machine) -> None:
     [
         ("ring", "loop ring: feed_forward: it has no closed form"),
         ("gantry", r"joint 1 \(carriage_2\), kind|joint . \(carriage_2\), kind: feed_forward: its variable follows"),
-        ("ball_screw", "feed_forward: it is elastic and not the one spring behind a motor"),
+        ("ball_screw", "feed_forward: it is elastic, but not the single spring behind a motor"),
     ],
 )
 def test_what_is_refused(name: str, what: str) -> None:

@@ -22,6 +22,8 @@ from tests.references.closed_chains import DIGITS, Array, State, nearest_double
 from tests.references.constraint_multipliers import Multipliers
 from tests.references.elimination import identity
 
+pytestmark = pytest.mark.sampled(5)
+
 COUPLED = ("coaxial_geared", "coupled_wrist", "differential", "geared_6r")
 POSITION, RATES = [0.3, -0.2, 0.5, 0.4, 1.1, -0.7], [0.2, -0.4, 0.3, 0.6, -0.5, 0.8]
 """Of the slides and turns; the second turn keeps the others' axes apart."""

@@ -17,6 +17,8 @@ from tests.references.closed_chains import Array, in_many_digits
 from tests.references.series import coefficient
 from tests.references.virtual_work import VirtualWork
 
+pytestmark = pytest.mark.sampled(6)
+
 MACHINES = ("coupled_wrist", "five_bar", "gantry", "parallelogram_loop", "press", "screw", "spatial_four_bar", "sr400")
 EXACT = 1e-45
 POINT = tuple(Formula.parse(x) for x in (0.1, -0.2, 0.3))
@@ -67,7 +69,7 @@ def test_placements_and_motions(name: str) -> None:
     """Frames of cut rows are those of the rows they meet."""
     described, situation = machine(name), situations(name)[0]
     at = VirtualWork(described, situation.state)
-    udd = np.array([at.chain.arithmetic.number(x) for x in range(1, len(described.moving) + 1)], dtype=object)
+    udd = np.array([at.chain.arithmetic.number(x) for x in range(1, len(described.independent) + 1)], dtype=object)
     known = motion(at, udd)
 
     def ours(model: str, asked: Frames) -> Array:
@@ -90,7 +92,7 @@ def test_jacobians(name: str) -> None:
     """J S is dV/dud, and what is left of V' without accelerations is its rate of change times ud."""
     described, situation = machine(name), situations(name)[0]
     at = VirtualWork(described, situation.state)
-    n = len(described.moving)
+    n = len(described.independent)
     still = np.array([at.ud[0] * 0] * n, dtype=object)
     bias = [Vd for _, _, Vd in motion(at, still)]
     units = [motion(at, still, np.array([still[0] + (k == m) for m in range(n)])) for k in range(n)]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
@@ -21,6 +21,8 @@ from symoro_elastic.models.loops.plan import Form, Plan, plan_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import FILES, machine
 from tests.references.closed_chains import Chain, State, in_many_digits
+
+pytestmark = pytest.mark.sampled(5)
 
 EXACT = 1e-13
 UNIVERSAL_JOINT = """
@@ -103,15 +105,15 @@ def positions(plan: Plan, described: Machine, count: int) -> Iterator[Position]:
     source, start = random.Random(described.name), plan.positions[0]
     reach = {0: 0.5, 1: 0.1}
     for _ in range(count):
-        target = {j: start[j] + source.uniform(-1, 1) * reach[described.joint(j).sigma] for j in described.moving}
-        found = plan.assembly.moved(start, target)
+        target = {j: start[j] + source.uniform(-1, 1) * reach[described.joint(j).sigma] for j in described.independent}
+        found = plan.assembly.position_at(start, target)
         if found is not None:
             yield found
 
 
 def given(described: Machine, at: Position) -> Mapping[str, float]:
     values = {p.name: p.value.value() for p in described.parameters if p.value}
-    return values | dict(zip(Bound(described).arguments()["q"], [at[j] for j in described.moving], strict=True))
+    return values | dict(zip(Bound(described).arguments()["q"], [at[j] for j in described.independent], strict=True))
 
 
 def closed_form(described: Machine, at: Position) -> list[float]:
@@ -126,19 +128,21 @@ def closed(described: Machine, at: Position) -> list[Any]:
     values = {p.name: p.value.value() for p in described.parameters if p.value}
     chain = Chain(described, values)
     guess = {str(described.joint(j).variable): at[j] for j in described.dependent}
-    found = chain.assemble(State([at[j] for j in described.moving], [0.0] * len(described.moving), guess))
+    found = chain.assemble(State([at[j] for j in described.independent], [0.0] * len(described.independent), guess))
     return [found[variable] for variable in chain.own]
 
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_on_the_branch_of_start(name: str) -> None:
     described = MACHINES[name]
-    plan = plan_of(described, Bound)
+    plan = plan_of(described)
     assert {one.form for one in plan.loops} == {Form.INVERSE}
     count = 0
     for at in positions(plan, described, 4):
         count += 1
-        for j, found, wanted in zip(described.owners, closed_form(described, at), closed(described, at), strict=True):
+        for j, found, wanted in zip(
+            described.with_variable, closed_form(described, at), closed(described, at), strict=True
+        ):
             error = float(found - wanted)
             error = math.remainder(error, 2 * math.pi) if described.joint(j).sigma == 0 else error
             assert abs(error) < EXACT, (described.joint(j).name, at)
@@ -148,15 +152,15 @@ def test_on_the_branch_of_start(name: str) -> None:
 def test_each_start_has_its_branch() -> None:
     """The rocker on either side, and the coupler bent either way: four positions at one of the crank."""
     described, source = MACHINES["spatial_four_bar"], random.Random(4)
-    plan = plan_of(described, Bound)
+    plan = plan_of(described)
     branches = set()
     for _ in range(12):
         guess = {j: source.uniform(-math.pi, math.pi) for j in described.dependent}
-        at, error = plan.assembly.assembled({**plan.positions[0], **guess}, described.dependent)
+        at, error = plan.assembly.assembled_position({**plan.positions[0], **guess}, described.dependent)
         if error < 1e-11:
             other = started(described, at)
             branches.add(tuple(round(math.cos(at[j] - 0.1), 6) for j in described.dependent))
-            turns = (np.exp(1j * np.array(x)) for x in (closed_form(other, at), [at[j] for j in other.owners]))
+            turns = (np.exp(1j * np.array(x)) for x in (closed_form(other, at), [at[j] for j in other.with_variable]))
             np.testing.assert_allclose(*turns, rtol=0, atol=1e-9)
     assert len(branches) == 4
 
@@ -173,7 +177,7 @@ def test_the_branch_stays_where_lengths_are_numbers() -> None:
         FILES["delta"].read_text(encoding="utf-8").replace('d = "La", theta = "b1"', 'd = "La", r = "e", theta = "b1"')
     )
     described = toml.read(text.replace("Rb = {", "e = { value = 0 }\nRb = {"), "delta.toml")
-    at = plan_of(described, Bound).positions[1]
+    at = plan_of(described).positions[1]
     for folded in ([], ["e"], [p.name for p in described.parameters]):
         variables = Bound(described, folded).variables
         value = evaluate(variables.values(), given(described, at), FLOATS)
@@ -185,6 +189,6 @@ def test_a_universal_joint_turns_as_the_textbook_says() -> None:
     """tan q_out = tan q_in / cos bend; the output's axis of the cross is a quarter turn behind its zero."""
     described = MACHINES["universal_joint"]
     for q_in in (0.1, 0.5, 1.1, -0.9):
-        _, _, q_out = closed_form(described, {described.moving[0]: q_in})
+        _, _, q_out = closed_form(described, {described.independent[0]: q_in})
         wanted = math.tan(q_in) / math.cos(0.4)
         assert math.isclose(math.tan(q_out + math.pi / 2), wanted, rel_tol=4e-15 / abs(math.sin(2 * q_in)))

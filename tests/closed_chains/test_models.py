@@ -19,13 +19,15 @@ from mpmath import mpf
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.traced import traced
 from tests.closed_chains.machines import FILES, WITH_RESULTS, data, machine, reordered, situations
 from tests.references import multiprecision
 from tests.references.closed_chains import DIGITS, Array, Chain, State, nearest_double
 from tests.references.constraint_multipliers import Multipliers
 from tests.references.elimination import zeros
+
+pytestmark = pytest.mark.sampled(8)
 
 TOLERANCE = {"gantry": 1e-11, "gantry_rigid": 1e-11}
 """Relative to the largest entry; the yaw of a beam between two motors is a small difference of large forces."""
@@ -82,7 +84,7 @@ def models_of(name: str) -> tuple[str, ...]:
 
 def package_of(described: Machine, *models: str) -> tuple[ModuleType, dict[str, tuple[str, ...]]]:
     """The numpy package of some models, and the names of the results of each."""
-    found = traced(described, Scene(models=models))
+    found = trace_models(described, Scene(models=models))
     with TemporaryDirectory() as folder:
         module = import_package(render_numpy(found.package), Path(folder) / "numpy")
     return module, {one.model.name: tuple(one.rows) for one in found.models}
@@ -328,7 +330,7 @@ def test_jacobian_dot_qd(name: str, results: Results, found: Multipliers, _: Any
 
 
 def _rows(found: Multipliers) -> list[int]:
-    """Rows that are no cut joint."""
+    """Rows that are not cut joint."""
     return [j for j, joint in enumerate(found.chain.machine.joints) if joint.kind is not Kind.CUT]
 
 

@@ -14,6 +14,8 @@ from tests.references.closed_chains import DIGITS, exact, nearest_double
 from tests.references.constraint_multipliers import Multipliers
 from tests.references.virtual_work import VirtualWork, small_motions
 
+pytestmark = pytest.mark.sampled(6)
+
 FIGURES = 1e-23
 """Results are kept to 25 digits."""
 AGREEMENT = 1e-45

@@ -152,7 +152,7 @@ REFUSED = {
     "inverse geometry of coupled joints": (
         changed("cam"),
         ("inverse_geometric_model",),
-        r"joint \d \(\w+\): '.*' is no linear formula of .*",
+        r"joint \d \(\w+\): '.*' is not a linear formula of .*",
     ),
     "assemble where loops have closed forms": (
         changed("sr400"),
@@ -226,9 +226,9 @@ def test_a_start_where_links_are_stretched_is_a_warning(tmp_path: Path) -> None:
     done = generated(tmp_path, four_bar(0.65, "q1 = 0, q2 = 0, q3 = 0"))
     warning = "warning: loop bars: start is within 1e-6 of a singular position: where"
     assert done.code == 0 and warning in done.err
-    assert "; branches meet there: move start to the side that is meant" in done.err
+    assert "; branches meet there: move start to the intended side" in done.err
     said = ended("show", tmp_path / "machine.toml").err
-    assert warning in said and said.endswith("and are not singular: move start to the side that is meant\n")
+    assert warning in said and said.endswith("and are not singular: move start to the intended side\n")
 
 
 def four_bar(rod: float, start: str, second: str = "") -> str:
@@ -238,8 +238,7 @@ def four_bar(rod: float, start: str, second: str = "") -> str:
 
 
 @pytest.mark.parametrize(
-    ("rod", "q1", "links"),
-    [(0.05, 1.0, "rod to pin and pin to rocker"), (0.9, 1.0, "pin to rocker and rocker to rod")],
+    ("rod", "q1", "links"), [(0.05, 1.0, "rod to pin and pin to rocker"), (0.9, 1.0, "pin to rocker and rocker to rod")]
 )
 def test_a_loop_that_cannot_close_says_which_length_it_lacks(rod: float, q1: float, links: str, tmp_path: Path) -> None:
     base = math.hypot(0.5 - 0.15 * math.cos(q1), 0.15 * math.sin(q1))
@@ -285,7 +284,7 @@ def test_a_flat_start_is_told_to_move(tmp_path: Path) -> None:
         tmp_path,
         generated(tmp_path, four_bar(0.6499, "q1 = 0, q2 = 0, q3 = 0")),
         r"loop bars: no position near start: 0\.0001 m stay open after 50 steps of Newton's method: "
-        r"start is at a singular position, where branches meet: move it to the side that is meant",
+        r"start is at a singular position, where branches meet: move it to the intended side",
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
@@ -16,6 +16,8 @@ from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.closed_chains.machines import FILES, Situation, machine, situations
 from tests.references.constraint_multipliers import Multipliers
 from tests.references.virtual_work import VirtualWork
+
+pytestmark = pytest.mark.sampled(6)
 
 LINEAR = [
     name
@@ -42,7 +44,7 @@ def times_parameters(described: Machine, model: str, inputs: dict[str, Any]) -> 
 
 def inputs_of(described: Machine, situation: Situation, at: dict[str, Any]) -> dict[str, Any]:
     dependent = [at[str(described.joint(j).variable)] for j in described.dependent]
-    udd = np.random.default_rng(3).uniform(-3, 3, len(described.moving)).tolist()
+    udd = np.random.default_rng(3).uniform(-3, 3, len(described.independent)).tolist()
     return {"q": situation.state.u, "q_dep": dependent, "qd": situation.state.ud, "qdd": udd}
 
 

@@ -13,6 +13,8 @@ from tests.closed_chains.traced import results
 from tests.references.closed_chains import nearest_double
 from tests.references.virtual_work import VirtualWork, small_motions
 
+pytestmark = pytest.mark.sampled(6)
+
 MACHINES = (
     "cam",
     "differential",

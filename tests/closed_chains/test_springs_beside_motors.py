@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.numerics.implementations import numpy_model
 
 MACHINE = """

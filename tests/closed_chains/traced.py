@@ -32,7 +32,7 @@ def results(
 def traced(machine: Machine, model: str, asked: Joints | Frames = ()) -> Callable[..., Results]:
     """The function of a state, further arguments and values of parameters in place of the file's that a model is."""
     bound = Bound(machine, points=points_of(asked))
-    found = MODELS[model].run(bound, asked or machine.moving)
+    found = MODELS[model].run(bound, asked or machine.independent)
     nodes = list(reachable(x for result in found.values() for x in result.entries))
 
     @in_many_digits

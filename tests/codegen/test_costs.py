@@ -18,6 +18,8 @@ from tests.benchmarks.instructions import available, per_call
 from tests.benchmarks.machines import arm_6, humanoid, two_axis, with_base_parameters
 from tests.benchmarks.ours import Code, code
 
+pytestmark = pytest.mark.sampled(5)
+
 MACHINES: dict[str, Callable[[], Machine]] = {"arm": arm_6, "tree": humanoid, "two_axis": two_axis}
 INVERSE, DIRECT, INERTIA = "inverse_dynamics", "direct_dynamics", "inertia_matrix"
 

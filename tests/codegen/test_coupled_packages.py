@@ -15,13 +15,15 @@ from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import render_targets
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.traced import Traced, trace_models
 from symoro_elastic.numerics.implementations import c_code, import_package, numpy_code
-from symoro_elastic.numerics.states import moderate_states
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.verification.states import moderate_states
 from symoro_elastic.symbolic.operations import SYMBOL
-from symoro_elastic.traced import Traced, traced
 from tests.closed_chains.machines import FILES, machine
 from tests.references.random_machines import planar_2r
+
+pytestmark = pytest.mark.sampled(6)
 
 MODELS = ("direct_dynamics", "inverse_dynamics", "dependent_coordinates", "coupling_matrix", "reaction_wrenches")
 COUPLED = [name for name in FILES if machine(name).is_coupled]
@@ -35,7 +37,7 @@ STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only
 def programs(name: str) -> Traced:
     whole = machine(name)
     assembled = trace(whole, "direct_dynamics").model.arguments[1] == "q_dep"
-    return traced(whole, Scene(models=(*MODELS, "assemble") if assembled else MODELS))
+    return trace_models(whole, Scene(models=(*MODELS, "assemble") if assembled else MODELS))
 
 
 @pytest.mark.parametrize("name", COUPLED)
@@ -79,16 +81,16 @@ def test_entries_have_names(name: str, tmp_path: Path) -> None:
     names = {j: joint.name for j, joint in enumerate(whole.joints, start=1)}
     made = programs(name)
     module = import_package(render_targets(made.package, ("numpy",)), tmp_path)
-    assert tuple(names[j] for j in whole.moving) == module.JOINTS
+    assert tuple(names[j] for j in whole.independent) == module.JOINTS
     assert tuple(names[j] for j in whole.dependent) == module.DEPENDENT
     assert tuple(names[j] for j in whole.motors) == module.MOTOR_NAMES
-    if set(whole.motors) <= set(whole.moving):
+    if set(whole.motors) <= set(whole.independent):
         assert tuple(module.JOINTS[k] for k in module.MOTORS) == module.MOTOR_NAMES
     else:
         assert not hasattr(module, "MOTORS")
-    assert module.OUTPUTS["dependent_coordinates"]["x"] == tuple(names[j] for j in whole.owners)
+    assert module.OUTPUTS["dependent_coordinates"]["x"] == tuple(names[j] for j in whole.with_variable)
     header = render_targets(made.package, ("c",))[f"{whole.name}.h"]
-    for macro, count in (("JOINTS", whole.moving), ("DEPENDENT", whole.dependent), ("MOTORS", whole.motors)):
+    for macro, count in (("JOINTS", whole.independent), ("DEPENDENT", whole.dependent), ("MOTORS", whole.motors)):
         assert f"#define {whole.name.upper()}_{macro} {len(count)}\n" in header
     for k, j in enumerate(whole.dependent):
         assert f" *   q_dep[{k}]  {names[j]}, {whole.joint(j).kind}, {whole.joint(j).variable}" in header
@@ -104,7 +106,7 @@ def test_assemble_has_a_result_of_its_own_name_in_c() -> None:
 
 
 def test_a_tree_names_neither(tmp_path: Path) -> None:
-    made = traced(planar_2r(), Scene(models=("direct_dynamics",)))
+    made = trace_models(planar_2r(), Scene(models=("direct_dynamics",)))
     module = import_package(render_targets(made.package, ("numpy",)), tmp_path)
     assert not hasattr(module, "DEPENDENT") and not hasattr(module, "MOTOR_NAMES") and hasattr(module, "MOTORS")
     assert "DEPENDENT" not in "".join(render_targets(made.package, ("c",)).values())

@@ -14,17 +14,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import load_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.targets.c import KEYWORDS, LIBRARY, render_c
 from symoro_elastic.codegen.targets.cpp import namespace_of, render_cpp
 from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.traced import traced
 from tests.closed_chains.machines import machine as of_loops
 from tests.codegen.test_local_names import PARAMETERS, VARIABLES, arm
 from tests.models.test_floating_base import on
@@ -50,7 +50,7 @@ PROTOTYPE = re.compile(r"^void (\w+)\(([^)]*)\);", re.MULTILINE)
 ROOM = 2000
 """Entries of each array that is handed to a function: more than any has."""
 
-pytestmark = pytest.mark.skipif(not COMPILERS, reason="no C++ compiler")
+pytestmark = [pytest.mark.skipif(not COMPILERS, reason="no C++ compiler"), pytest.mark.sampled(5)]
 
 
 def machine(name: str) -> Machine:
@@ -72,7 +72,7 @@ def machine(name: str) -> Machine:
 @cache
 def package(name: str) -> Package:
     models, steps = CASES[name]
-    return traced(machine(name), Scene(models=models, steps=steps)).package
+    return trace_models(machine(name), Scene(models=models, steps=steps)).package
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ def test_it_compiles_without_a_warning(compiler: str, standard: str, tmp_path: P
 
 def printed(machine: Machine, model: str, main: str, folder: Path, *flags: str) -> Array:
     """The numbers that a program around the header of a model prints."""
-    made = traced(machine, Scene(models=(model,))).package
+    made = trace_models(machine, Scene(models=(model,))).package
     (folder / f"{made.name}.hpp").write_text(render_cpp(made)[f"{made.name}.hpp"], encoding="utf-8")
     scalars = (Path(__file__).parent / "scalars.hpp").read_text(encoding="utf-8")
     (folder / "scalars.hpp").write_text(scalars, encoding="utf-8")
@@ -219,7 +219,7 @@ int main()
 def test_dual_numbers_give_the_derivatives_of_the_models_of_derivatives(tmp_path: Path) -> None:
     machine = planar_2r(elastic=[2])
     names = ("direct_dynamics_derivatives", "direct_dynamics_parameter_derivatives")
-    made = traced(machine, Scene(models=names)).package
+    made = trace_models(machine, Scene(models=names)).package
     module = import_package(render_numpy(made), tmp_path / "numpy")
     q, qd, tau = Q[: len(made.axes)], QD[: len(made.axes)], TAU[: len(made.motors)]
     by_state = getattr(module, names[0])(q, qd, tau)

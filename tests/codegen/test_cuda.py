@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.c_steps import StepText
 from symoro_elastic.codegen.compile import TYPES, compile_library
 from symoro_elastic.codegen.local_names import with_own_results
@@ -21,8 +20,9 @@ from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.codegen.targets import cuda
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.cuda import render_cuda
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.pipeline import programs
 from tests.benchmarks import nvrtc
 from tests.codegen.cuda_on_host import HostKernels, on_host
 from tests.codegen.test_local_names import arm
@@ -33,7 +33,10 @@ CASES = ("pushed", "delta", "on_base")
 """A tree with springs, wrenches and dense systems; loops without closed form; a floating base."""
 STEPS, HOLD = 5, 2
 
-pytestmark = pytest.mark.skipif(not shutil.which("g++") or not shutil.which("nm"), reason="no C++ compiler")
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("g++") or not shutil.which("nm"), reason="no C++ compiler"),
+    pytest.mark.sampled(3),
+]
 
 
 @cache

@@ -12,14 +12,14 @@ import pytest
 from symoro_elastic.codegen.local_names import with_local_names
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.codegen.targets import TARGETS
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.generation.pipeline import programs, verify
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import free_name, reserved
+from symoro_elastic.machine.names import free_name, why_reserved
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.packaging import reserved_words
-from symoro_elastic.pipeline import programs, verify
+from symoro_elastic.models.packaging import reserved_words
 from tests.generated_code import imported
 
 VARIABLES = ("c", "p", "b", "T", "angle")
@@ -79,9 +79,10 @@ def plain() -> Machine:
 
 def test_ordinary_names_are_free() -> None:
     words = reserved_words()
-    assert [name for name in (*VARIABLES, *PARAMETERS) if reserved(name, words)] == []
+    assert [name for name in (*VARIABLES, *PARAMETERS) if why_reserved(name, words)] == []
 
 
+@pytest.mark.thorough
 def test_code_with_these_names_is_right(hostile: Machine) -> None:
     assert verify(hostile, Scene(models=SOME)).ok
 
@@ -124,6 +125,6 @@ def test_a_package_without_a_clash_stays_as_it_is(plain: Machine) -> None:
 )
 def test_words_of_languages_stay_refused_with_a_name_that_is_free(word: str) -> None:
     words = reserved_words()
-    assert reserved(word, words) is not None
+    assert why_reserved(word, words) is not None
     free = free_name(word, words)
-    assert reserved(free, words) is None and word.strip("_")[1] in free
+    assert why_reserved(free, words) is None and word.strip("_")[1] in free

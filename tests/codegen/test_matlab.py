@@ -14,19 +14,21 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from symoro_elastic.codegen.matlab import CONSTANTS, KEYWORDS, OWN, matlab_name
+from symoro_elastic.analysis.vibration.export import save_linearization
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
+from symoro_elastic.codegen.matlab_function import CONSTANTS, KEYWORDS, OWN, matlab_name
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.matlab import render_matlab
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.integration.methods import METHODS, nodes_of
-from symoro_elastic.machine.formats import read_machine, toml
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.numerics.states import moderate_states
-from symoro_elastic.traced import traced
-from symoro_elastic.vibration.export import arrays_of, save_linearization
-from symoro_elastic.vibration.linearization import Linearization
+from symoro_elastic.numerics.verification.states import moderate_states
+from tests.analysis.vibration.machines import drive, linearized
 from tests.closed_chains.machines import without_closed_form
 from tests.codegen.test_local_names import arm
 from tests.models.test_creep import creeping
@@ -42,7 +44,6 @@ from tests.octave import (
     ulps,
     written,
 )  # fmt: skip
-from tests.vibration.machines import drive, linearized
 
 ROOT = Path(__file__).parents[2]
 STATES = 3
@@ -132,7 +133,7 @@ class Case:
 
 
 def case(machine: Machine, scene: Scene, folder: Path) -> Case:
-    found = traced(machine, scene)
+    found = trace_models(machine, scene)
     module = import_package(render_numpy(found.package), folder)
     own, mex, wanted = calls_of(found.package, found.machine, module, STATES)
     taken = [*steps(found.package, found.machine, module)]
@@ -192,7 +193,7 @@ OTHERS = {
     "no package control": Call("drive_linear(", []),
     "wrong word": Call("drive_linear('matrix', ", []),
 }
-FIELDS = [name for name in arrays_of(linearization()) if name != "notes"]
+FIELDS = [name for name in linearization().arrays() if name != "notes"]
 DIRECT = "end_.direct_dynamics(", "end_mex('direct_dynamics', "
 BEFORE = """
 setenv('CC', 'no_such_compiler');
@@ -229,7 +230,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
     return Session(cases, dict(zip(calls, answers, strict=True)))
 
 
-pytestmark = [needs_octave, needs_mkoctfile]
+pytestmark = [needs_octave, needs_mkoctfile, pytest.mark.sampled(5)]
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -299,7 +300,7 @@ def test_no_name_is_one_of_matlab_or_longer_than_it_tells_apart(session: Session
 
 def test_a_linearization_is_a_function(session: Session) -> None:
     """The arrays of the linearization to the last bit, without a toolbox; without one no object of ss."""
-    for name, x in arrays_of(linearization()).items():
+    for name, x in linearization().arrays().items():
         if name == "notes":
             continue
         (found,) = session.answers[f"linear.{name}"].results

@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.scene import Scene
 from tests.compiled_models import FIVE, Array, Built, built
 from tests.generated_code import ALL_MODELS, imported, rendered
 from tests.golden import GENERATED, ROOT
 from tests.references.random_machines import chain, random_machine
+
+pytestmark = pytest.mark.sampled(5)
 
 STATES = ("q", "qd", "tau", "qdd_motor", "qdd")
 # The functions of numpy, for a program carried out plainly on whole arrays.
@@ -280,7 +282,7 @@ def test_single_precision_stays_single() -> None:
     assert all(same_bits(x, y[:3].astype(np.float32)) for x, y in zip(few, doubles, strict=True))
 
 
-# What is no number
+# What is not a number
 
 
 @pytest.mark.parametrize("count", [3, 100])

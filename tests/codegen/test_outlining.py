@@ -16,15 +16,17 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.pipeline import programs
 from tests.benchmarks import contest
 from tests.benchmarks.instructions import available, per_call
 from tests.benchmarks.machines import chain, humanoid
 from tests.benchmarks.ours import code
 from tests.generated_code import STRICT
+
+pytestmark = pytest.mark.sampled(5)
 
 INVERSE, DIRECT = "inverse_dynamics", "direct_dynamics"
 CASES = {
@@ -76,6 +78,7 @@ def calls(files: dict[str, str]) -> int:
     return sum(int(times) for times in re.findall(r"Called\s+(?:\*\s+)?(\d+)", text))
 
 
+@pytest.mark.thorough
 def test_a_long_chain_has_hardly_more_statements() -> None:
     """Beyond about 60 joints there are more calls, not more statements."""
     few, many = (statements(render_c(package_of(n))) for n in (72, 144))
@@ -91,6 +94,7 @@ def statements(files: dict[str, str]) -> int:
     return len(re.findall(r"^    const double \w+ = .*[-+*/]", text, re.MULTILINE))
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not available(), reason="callgrind counts instructions: install valgrind")
 def test_instructions_grow_by_less_than_a_third(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Loads and stores of what is handed on; the time of a call falls where the straight line is long."""

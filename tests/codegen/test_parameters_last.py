@@ -17,10 +17,10 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import PRECISIONS, Precision
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.traced import traced
 from tests.generated_code import ALL_MODELS, Array
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -34,7 +34,7 @@ ROUNDED = 20
 def planar(is_constant: bool) -> Package:
     """All models of the arm with two joints; a constant one has no parameter left."""
     scene = Scene(ALL_MODELS, fold=ALL if is_constant else ())
-    return traced(read_machine(EXAMPLES / "planar_2r.toml")[0], scene).package
+    return trace_models(read_machine(EXAMPLES / "planar_2r.toml")[0], scene).package
 
 
 def prototypes(text: str) -> dict[str, list[str]]:

@@ -16,15 +16,17 @@ from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
 from symoro_elastic.codegen.targets import RESERVED, TARGETS, c, c_batch, render_targets
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.quantities.time_steps import OF_TIME_STEPS, TimeStep
-from symoro_elastic.traced import traced
 from tests.generated_code import ALL_MODELS, COMPILERS
 from tests.golden import FIVE
 from tests.references.random_machines import chain, planar_2r, random_machine
+
+pytestmark = pytest.mark.sampled(5)
 
 ROOT = Path(__file__).parents[2]
 LONGEST_LINE = 120
@@ -53,7 +55,7 @@ def machine(name: str) -> Machine:
 def package(name: str) -> Package:
     """All models of a machine."""
     models = ALL_MODELS if name == "random" else FIVE
-    return traced(machine(name), Scene(models, steps=tuple(TimeStep) if name == "steps" else ())).package
+    return trace_models(machine(name), Scene(models, steps=tuple(TimeStep) if name == "steps" else ())).package
 
 
 @cache
@@ -148,7 +150,7 @@ def test_the_banner_says_where_it_comes_from(name: str) -> None:
 
 def test_the_banner_holds_the_options() -> None:
     scene = Scene(("direct_dynamics",), fold=("l1", "m2"))
-    text = render_c(traced(read_machine(ROOT / "examples" / "planar_2r.toml")[0], scene).package)["planar_2r.c"]
+    text = render_c(trace_models(read_machine(ROOT / "examples" / "planar_2r.toml")[0], scene).package)["planar_2r.c"]
     assert "constants: l1, m2" in text.split("*/")[0]
 
 
@@ -235,13 +237,13 @@ def test_a_name_of_the_user_stays_his() -> None:
     arm = machine("two_axis.toml")
     joints = (replace(arm.joints[0], d=Formula.parse("k13")), *arm.joints[1:])
     named = replace(arm, joints=joints, parameters=(*arm.parameters, Parameter("k13", Formula.parse("0.1"), "m")))
-    text = render_c(traced(named, Scene(("inverse_dynamics",))).package)["two_axis.c"]
+    text = render_c(trace_models(named, Scene(("inverse_dynamics",))).package)["two_axis.c"]
     assert "const double Gamma13 = -25000000.0*q13;" in text and "k13 = 25000000.0" not in text
 
 
 def test_a_folded_parameter_keeps_its_name() -> None:
     arm = read_machine(ROOT / "examples" / "planar_2r.toml")[0]
-    text = render_c(traced(arm, Scene(("inverse_dynamics",), fold="all")).package)["planar_2r.c"]
+    text = render_c(trace_models(arm, Scene(("inverse_dynamics",), fold="all")).package)["planar_2r.c"]
     assert re.search(r"const double l1 = 0\.4; /\* elbow: length d, m \*/", text)
 
 
@@ -301,12 +303,13 @@ IN_PRECISION: dict[str, tuple[TimeStep, ...]] = {
 """Every method once: the checker takes seconds for each."""
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.skipif(not shutil.which("cppcheck"), reason="cppcheck and its MISRA addon are not installed")
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", ["random", "constant", "steps"])
 def test_deviations_from_misra_are_documented(name: str, precision: Precision, tmp_path: Path) -> None:
     steps = IN_PRECISION.get(precision.name, ()) if name == "steps" else ()
-    made = traced(machine(name), Scene(("bias_forces", "inertia_matrix"), steps=steps)).package
+    made = trace_models(machine(name), Scene(("bias_forces", "inertia_matrix"), steps=steps)).package
     texts = render_c(made, precision)
     for file, text in texts.items():
         (tmp_path / file).write_text(text)

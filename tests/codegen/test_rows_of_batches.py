@@ -14,10 +14,13 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.cuda import render_cuda
-from symoro_elastic.machine.formats import read_machine, toml
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.traced import traced
+from symoro_elastic.models.traced import trace_models
+
+pytestmark = pytest.mark.sampled(5)
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STRICT = ("-O0", "-Wconversion", "-Wshadow")
@@ -39,7 +42,7 @@ def package(name: str) -> Package:
     """The inertia matrix of one of the examples, or of the slides; "folded" without parameters."""
     stem, _, folded = name.partition(" ")
     machine = slides() if stem == "slides" else read_machine(EXAMPLES / f"{stem}.toml")[0]
-    return traced(machine, Scene(("inertia_matrix", "jacobian"), fold=ALL if folded else ())).package
+    return trace_models(machine, Scene(("inertia_matrix", "jacobian"), fold=ALL if folded else ())).package
 
 
 @pytest.mark.parametrize(
@@ -74,5 +77,5 @@ def test_kernels_store_every_entry() -> None:
 
 def test_small_results_are_stored_as_they_are_computed() -> None:
     machine, _ = read_machine(EXAMPLES / "planar_2r.toml")
-    text = render_c_batch(traced(machine, Scene(("inertia_matrix",))).package)["planar_2r_batch.c"]
+    text = render_c_batch(trace_models(machine, Scene(("inertia_matrix",))).package)["planar_2r_batch.c"]
     assert "rows_of" not in text and "ROW" not in text

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE
 from symoro_elastic.codegen.templates import render
 
+pytestmark = pytest.mark.sampled(5)
+
 LARGEST = {"double": 1048576.0, "float": 1024.0}
 DTYPE = {"double": np.float64, "float": np.float32}
 PRECISION = {"double": DOUBLE, "float": SINGLE}

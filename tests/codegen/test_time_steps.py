@@ -15,25 +15,25 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.c_steps import CSteps, StepText
 from symoro_elastic.codegen.compile import compile_library
+from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
 from symoro_elastic.codegen.targets.c import render_c, source_text
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.errors import InputError
-from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.machine import Floating, Given, Joint, Kind, Machine, Orientation
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.machine import Floating, Joint, Kind, KnownOfBase, Machine, Orientation
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.traced import traced
 from tests.benchmarks.instructions import available, counted
 from tests.closed_chains.machines import machine as of_loops
 from tests.closed_chains.machines import situations
@@ -58,7 +58,7 @@ CASES = {
     "body": ("w2",),
 }
 
-pytestmark = pytest.mark.skipif(not COMPILERS, reason="no C compiler")
+pytestmark = [pytest.mark.skipif(not COMPILERS, reason="no C compiler"), pytest.mark.sampled(6)]
 
 
 def machine(name: str) -> Machine:
@@ -103,7 +103,7 @@ class Generated:
 
 @cache
 def generated(name: str) -> Generated:
-    package = traced(machine(name), Scene(models=("direct_dynamics",), steps=CASES[name])).package
+    package = trace_models(machine(name), Scene(models=("direct_dynamics",), steps=CASES[name])).package
     with TemporaryDirectory() as folder:
         library = ctypes.CDLL(str(compile_library(render_c_batch(package), Path(folder) / "c", flags=STRICT)))
         module = import_package(render_numpy(package), Path(folder) / "numpy")
@@ -125,7 +125,7 @@ def state_of(name: str, package: Package, module: ModuleType) -> dict[str, Array
         return {"q": 0.1 * rng.normal(size=(STATES, n)), "qd": rng.normal(size=(STATES, n))}
     first = situations(name.split(maxsplit=1)[0])[0].state
     q = np.array(first.u) + 1e-3 * rng.normal(size=(STATES, n))
-    if not package.takes_dependent:
+    if not package.assembled:
         return {"q": q, "qd": rng.normal(size=(STATES, n))}
     variables = {row.name: str(row.variable) for row in machine(name).joints}
     guess = np.array([float(first.guess[variables[axis.name]]) for axis in package.dependent or ()])
@@ -184,6 +184,7 @@ def by_numpy(of: Generated, step: StepText) -> tuple[Array, ...]:
     return found
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", CASES)
 def test_c_is_numpy_and_batches_are_single_calls(name: str) -> None:
     """Every method, servo, prescribed motion and error: rounding apart, which dense systems of rodas4 magnify."""
@@ -251,6 +252,7 @@ def functions_of(package: Package) -> Any:
     return list(source_text(with_own_results(package), DOUBLE).steps.by_name.values())
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not available(), reason="no valgrind")
 @pytest.mark.parametrize(("which", "words"), [("random", "0134"), ("on_base", "04")])
 def test_a_step_takes_the_same_instructions_at_every_state(which: str, words: str, tmp_path: Path) -> None:
@@ -294,7 +296,7 @@ def test_names_of_users_give_way_to_those_of_steps(taken: str, tmp_path: Path) -
     renamed = toml.read(re.sub(rf"\b{first}\b", taken, text), "planar.toml")
     found = []
     for k, one in enumerate((described, renamed)):
-        package = traced(one, Scene(models=("direct_dynamics",), steps=("w2",))).package
+        package = trace_models(one, Scene(models=("direct_dynamics",), steps=("w2",))).package
         module = import_package(render_numpy(package), tmp_path / f"numpy{k}")
         library = ctypes.CDLL(str(compile_library(render_c(package), tmp_path / f"c{k}", flags=STRICT)))
         q, qd, tau, p = np.array([0.3, 0.01]), np.array([1.0, -2.0]), np.ones(2), 1 + np.arange(20.0)
@@ -313,7 +315,7 @@ def test_names_of_users_give_way_to_those_of_steps(taken: str, tmp_path: Path) -
 
 def refused(described: Machine, *names: str) -> str:
     with pytest.raises(InputError) as caught:
-        traced(described, Scene(models=("direct_dynamics",), steps=names))
+        trace_models(described, Scene(models=("direct_dynamics",), steps=names))
     return str(caught.value)
 
 
@@ -335,8 +337,8 @@ def test_a_machine_without_moving_joints_has_no_steps() -> None:
 
 
 def test_a_base_of_known_acceleration_has_no_steps() -> None:
-    driven = replace(planar_2r(), floating=Floating(known=Given.ACCELERATION))
-    assert "base, known: the acceleration of the base is given, so it is no state" in refused(driven, "w3")
+    driven = replace(planar_2r(), floating=Floating(known=KnownOfBase.ACCELERATION))
+    assert "base, known: the acceleration of the base is given, so it is not a state" in refused(driven, "w3")
 
 
 def test_a_floating_base_has_no_rodas4() -> None:

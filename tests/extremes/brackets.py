@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import TracedModel, trace
-from symoro_elastic.numerics.arrays import EXTENDED, evaluated
-from symoro_elastic.numerics.rounding import RoundingModes, Spread
-from symoro_elastic.numerics.states import States
+from symoro_elastic.models.packaging import package
+from symoro_elastic.numerics.arrays import EXTENDED, evaluate_arrays
 from symoro_elastic.numerics.values import ParameterValues, parameter_values
-from symoro_elastic.packaging import package
+from symoro_elastic.numerics.verification.self_check import RoundingModes, Spread
+from symoro_elastic.numerics.verification.states import States
 from tests.extremes.corpus import DIRECT, INVERSE
 
 AT_ONCE = 2000
@@ -24,7 +24,7 @@ AT_ONCE = 2000
 def bracketed(machine: Machine, states: States) -> Iterator[tuple[str, str, float, float]]:
     """(model, result, share of the states whose error the spread covers, largest error over its spread).
 
-    A result that is no number is covered where the spread is infinite.
+    A result that is not a number is covered where the spread is infinite.
     """
     values = parameter_values(machine)
     traced = [trace(machine, name) for name in (DIRECT, INVERSE)]
@@ -48,7 +48,7 @@ def _errors(
     errors = np.empty(len(states))
     for start in range(0, len(states), AT_ONCE):
         part = slice(start, start + AT_ONCE)
-        exact = evaluated(model, states.part(part), values, EXTENDED)[name]
+        exact = evaluate_arrays(model, states[part], values, EXTENDED)[name]
         scale = np.abs(exact).max(axis=1, initial=0)
         with np.errstate(invalid="ignore"):
             difference = np.abs(spread.results[part] - exact).max(axis=1, initial=0)

@@ -14,11 +14,11 @@ from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.accuracy import Errors, measure, rounded, rounded_values
+from symoro_elastic.models.packaging import package
 from symoro_elastic.numerics.implementations import ResultArrays, c_code
-from symoro_elastic.numerics.states import States
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.packaging import package
+from symoro_elastic.numerics.verification.accuracy import Errors, measure, round_states, rounded_values
+from symoro_elastic.numerics.verification.states import States
 from tests.extremes.corpus import DIRECT, INVERSE
 
 QUICKLY, WELL = ("-O0",), ("-O2",)
@@ -45,16 +45,13 @@ class Code:
 
     def errors(self, model: str, states: States) -> Errors:
         """At these states, rounded to the precision."""
-        held = rounded(states, self.precision)
+        held = round_states(states, self.precision)
         return measure(self.traced[model], self.results(model, held), held, self.values, self.precision)
 
 
 @contextmanager
 def compiled(
-    machine: Machine,
-    flags: Sequence[str] = QUICKLY,
-    models: Sequence[str] = BOTH,
-    precision: Precision = DOUBLE,
+    machine: Machine, flags: Sequence[str] = QUICKLY, models: Sequence[str] = BOTH, precision: Precision = DOUBLE
 ) -> Iterator[Code]:
     with TemporaryDirectory() as folder:
         yield Code(machine, Path(folder), flags, models, precision)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.states import States
+from symoro_elastic.numerics.verification.states import States
 from tests.extremes import states as at
 from tests.extremes.machines import (
     MASSES,
@@ -164,7 +164,7 @@ REFUSED: dict[str, tuple[Callable[[], Machine], str]] = {
 """Machines that no code is written for, and what the refusal says."""
 
 WARNED: dict[str, tuple[Machine, str]] = {
-    "nearly parallel axes": (nearly_parallel(1e-6), "alpha = ALPHA is 1e-06 rad off 0: taken as written"),
+    "nearly parallel axes": (nearly_parallel(1e-6), "alpha = ALPHA is 1e-06 rad off 0: taken as written")
 }
 """Machines that are modelled with a warning."""
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
-from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.models.base_parameters import base_grouping
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GRAVITY = Base(gravity=(Formula.parse("3.125"), Formula.parse(9), Formula.parse(-2)))
@@ -102,7 +102,7 @@ def six_axes(base_parameters: bool = True) -> Machine:
     values = {"D3": 0.4318, "RL4": 0.4331, "G3": -9.81} | _arm_bodies()
     parameters = tuple(Parameter(p.name, cell(values.get(p.name, 0.0)), p.unit) for p in machine.parameters)
     valued = replace(machine, parameters=parameters, name="rx90")
-    return grouped(valued).machine if base_parameters else valued
+    return base_grouping(valued).machine if base_parameters else valued
 
 
 ARM_MASSES = (0.0, 17.4, 4.8, 0.82, 0.34, 0.09)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.numerics.states import States
+from symoro_elastic.numerics.verification.states import States
 
 Array = NDArray[np.float64]
 Draw = Callable[[Machine, int], States]
@@ -28,7 +28,7 @@ def moderate(machine: Machine, count: int, seed: int = 0) -> States:
 
 def extreme(machine: Machine, count: int, seed: int = 0) -> States:
     """Angles to 1e8, slides to 10 m, velocities from 1e-6 to 1e6, decades evenly; torques as at moderate states."""
-    slides = np.array([machine.joints[j - 1].sigma == 1 for j in machine.moving])
+    slides = np.array([machine.joints[j - 1].sigma == 1 for j in machine.independent])
     n = _joints(machine)
     return changed(
         moderate(machine, count, seed),
@@ -67,8 +67,7 @@ def fast(machine: Machine, count: int, low: float, high: float, seed: int = 0) -
 
 def changed(states: States, **arrays: Array) -> States:
     """The states, some of their arrays others."""
-    kept = {name: getattr(states, name) for name in ("q", "qd", "tau", "qdd_motor", "qdd")}
-    return States(**kept | arrays, titles=states.titles)
+    return states.with_blocks(**arrays)
 
 
 def decades(width: int, count: int, low: float, high: float, seed: int) -> Array:
@@ -78,11 +77,12 @@ def decades(width: int, count: int, low: float, high: float, seed: int) -> Array
 
 
 def _states(q: Array, qd: Array, tau: Array, qdd_motor: Array) -> States:
-    return States(q, qd, tau, qdd_motor, np.zeros_like(q), ("",) * len(q))
+    blocks = {"q": q, "qd": qd, "tau": tau, "qdd_motor": qdd_motor, "qdd": np.zeros_like(q)}
+    return States(blocks, ("",) * len(q))
 
 
 def _joints(machine: Machine) -> int:
-    return len(machine.moving)
+    return len(machine.independent)
 
 
 def _motors(machine: Machine) -> int:

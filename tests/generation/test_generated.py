@@ -15,19 +15,21 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.integration.methods import nodes_of
-from symoro_elastic.integration.w_methods import W3
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.codegen.integration.methods import nodes_of
+from symoro_elastic.codegen.integration.w_methods import W3
+from symoro_elastic.formats import read_machine
+from symoro_elastic.generation.pipeline import generate
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine, Parameter
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.pipeline import generate
 from tests.generated_code import COMPILERS, RESULTS, STRICT, Array, call, compiled, imported
 from tests.golden import FIVE, GENERATED, GOLDEN, ROOT, Golden, differences, left_over, make
 from tests.references import multiprecision as reference
 from tests.references.closed_chains import State
 from tests.references.constraint_multipliers import Multipliers
 from tests.references.random_machines import chain, random_machine, random_state
+
+pytestmark = pytest.mark.sampled(6)
 
 CONTRACT = 1e-12
 NOT_COMMITTED = Golden("two_axis.toml", "all_models", FIVE)
@@ -46,6 +48,7 @@ SANITIZE = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "
 # The same bytes
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("golden", FOLDERS)
 def test_committed_files_are_what_the_examples_generate(
     golden: Golden, tmp_path: Path, request: pytest.FixtureRequest
@@ -136,7 +139,7 @@ def states(machine: Machine) -> list[tuple[Any, ...]]:
 def coupled_state(machine: Machine, seed: int) -> tuple[list[float], list[float], list[float]]:
     """Near the start of the loops, so that they close on its branch; springs are deflected by a tenth of that."""
     chooser = random.Random(seed)
-    joints, near = [machine.joint(j) for j in machine.moving], start(machine)
+    joints, near = [machine.joint(j) for j in machine.independent], start(machine)
     reach = [0.03 if joint.kind is Kind.ELASTIC else 0.3 for joint in joints]
     q = [
         near.get(str(joint.variable), 0.0) + x * chooser.uniform(-1, 1) for joint, x in zip(joints, reach, strict=True)
@@ -178,7 +181,7 @@ def test_committed_numpy_and_c_are_right(golden: Golden, tmp_path: Path) -> None
 @pytest.mark.parametrize("golden", ALL_FOLDERS)
 def test_committed_packages_keep_the_contract(golden: Golden, tmp_path: Path) -> None:
     machine, module = valued(golden.example), imported(folder_of(golden, tmp_path))
-    rows = [machine.joints[j - 1] for j in machine.moving]
+    rows = [machine.joints[j - 1] for j in machine.independent]
     assert tuple(row.name for row in rows) == module.JOINTS
     assert tuple(machine.joint(j).name for j in machine.dependent) == getattr(module, "DEPENDENT", ())
     assert tuple(k for k, row in enumerate(rows) if row.kind == "motor") == module.MOTORS

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import MOST_WARNINGS, generate, prepare, programs, render, verify
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.pipeline import MOST_WARNINGS, generate, prepare, programs, render, verify
-from symoro_elastic.traced import traced
+from symoro_elastic.models.traced import trace_models
 from tests.golden import ROOT
 
 TWO_R = ROOT / "examples" / "planar_2r.toml"
@@ -57,7 +57,7 @@ def test_warnings_come_before_an_error_of_the_grouping(tmp_path: Path) -> None:
 def test_stages_give_what_traced_gives() -> None:
     machine = prepare(TWO_R, warned)
     scene = Scene(models=("direct_dynamics", "energy"), fold="all", gravity=False)
-    stages, whole = programs(machine, scene), traced(machine, scene)
+    stages, whole = programs(machine, scene), trace_models(machine, scene)
     assert [one.program.count for one in stages.models] == [one.program.count for one in whole.models]
     assert stages.folded == whole.folded and stages.machine == whole.machine
     assert stages.package.scene == "without gravity"

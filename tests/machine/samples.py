@@ -6,19 +6,10 @@ from dataclasses import replace
 
 from hypothesis import strategies as st
 
+from symoro_elastic.machine.described import DescribedMachine, Origin, Request
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.loops import Closing, Loop
-from symoro_elastic.machine.machine import (
-    Base,
-    Body,
-    Friction,
-    Joint,
-    Kind,
-    Machine,
-    Parameter,
-    Spring,
-    Wrench,
-)
+from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Parameter, Spring, Wrench
 from symoro_elastic.machine.scene import ALL, Parts, Scene
 from symoro_elastic.models.catalogue import MODELS
 
@@ -193,25 +184,24 @@ def scenes(draw: st.DrawFn, moving: list[str]) -> Scene:
 
 
 @st.composite
-def machines(draw: st.DrawFn) -> Machine:
+def machines(draw: st.DrawFn) -> DescribedMachine:
     rows = tuple(draw(joints(j)) for j in range(1, draw(st.integers(1, 4)) + 1))
     values = st.one_of(st.none(), numbers, st.just(Formula.parse("pi/3")))
     moving = [joint.name for joint in rows if joint.sigma != 2]
     order = draw(st.permutations([*NAMES, "K2"]))
     extras = st.dictionaries(st.sampled_from(["QP", "Z", "k", "mu", "Type", "odd key", "x"]), texts, max_size=3)
-    return Machine(
+    return DescribedMachine(
         name=draw(st.sampled_from(["arm", "two_axis"])),
         joints=rows,
         parameters=tuple(Parameter(name, draw(values), draw(st.sampled_from(UNITS))) for name in order),
         base=draw(st.builds(Base, vectors, vectors, vectors, vectors, vectors)),
-        scene=draw(st.one_of(st.none(), scenes(moving))),
-        notes=tuple(draw(st.lists(texts, max_size=3))),
-        extras=draw(extras),
+        asked=Request(draw(st.one_of(st.none(), scenes(moving)))),
+        origin=Origin(notes=tuple(draw(st.lists(texts, max_size=3))), extras=draw(extras)),
     )
 
 
 @st.composite
-def coupled_machines(draw: st.DrawFn) -> Machine:
+def coupled_machines(draw: st.DrawFn) -> DescribedMachine:
     """A machine whose cells hold variables of other joints, of rows above and below, without a cycle; its loops."""
     machine = draw(machines())
     order = draw(st.permutations(range(1, len(machine.joints) + 1)))
@@ -225,7 +215,7 @@ def coupled_machines(draw: st.DrawFn) -> Machine:
         Joint("pin_end", draw(st.integers(0, len(rows))), Kind.FIXED, 2, d=draw(formulas)),
     )
     loops = draw(st.sampled_from([(), _loops(draw, rows)]))
-    return replace(machine, joints=(*rows, *ends) if loops else tuple(rows), loops=loops, scene=None)
+    return replace(machine, joints=(*rows, *ends) if loops else tuple(rows), loops=loops).asking(scene=None)
 
 
 @st.composite

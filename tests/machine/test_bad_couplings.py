@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Wrench
 from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.models.packaging import reserved_words
 from tests.machine.samples import COUPLED
 
 RING = COUPLED.index("[loops.ring]"), COUPLED.index("[parameters]")
@@ -60,11 +60,11 @@ BAD = [
     # cells and own variables
     (
         *('"qm/N1 + q4"', '"q4 + d_belt"', "joint 5 (crank), theta"),
-        'the cell holds q4 and d_belt, both new: say variable = "d_belt"; parameters are declared in [parameters]',
+        'the cell holds q4 and d_belt, both new: write variable = "d_belt"; parameters are declared in [parameters]',
     ),
     (
         *('"qm/N1 + q4"', '"qm/N2 + q4*2 + d"', "joint 5 (crank), theta"),
-        'the cell holds N2, q4 and d, all new: say variable = "d"; parameters are declared in [parameters]',
+        'the cell holds N2, q4 and d, all new: write variable = "d"; parameters are declared in [parameters]',
     ),
     (
         *('theta = "qm/N1 + q4"', 'theta = "qm/N1 + q4", variable = "q9"', "joint 5 (crank), variable"),
@@ -80,7 +80,7 @@ BAD = [
     ),
     (
         *('"qm/N1 + q4"', '"qm/N1"', "joint 5 (crank), theta"),
-        'the cell holds variables of other joints only (qm): add one of its own, or say kind = "coupled"',
+        'the cell holds variables of other joints only (qm): add one of its own, or write kind = "coupled"',
     ),
     (
         *('"qm/N1 + q4"', '"qm/N1 + 2*q4"', "joint 5 (crank), theta"),
@@ -107,18 +107,18 @@ BAD = [
     ),
     (
         *('theta = "q6"', 'theta = "q6 + q1"', "joint 8 (pin), theta"),
-        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it is "
-        "coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
+        "'q1' is the variable of joint 1 (waist): only numbers and parameters are allowed here; a joint that follows "
+        "it is coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
     ),
     (
         *('kind = "fixed", d = "L3"', 'kind = "fixed", d = "L3*q1"', "joint 9 (pin_end), d"),
-        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it is "
-        "coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
+        "'q1' is the variable of joint 1 (waist): only numbers and parameters are allowed here; a joint that follows "
+        "it is coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
     ),
     (
         *("{ mass = 9 }", '{ mass = "9 + q1" }', "joint 4 (forearm), mass"),
-        "'q1' is the variable of joint 1 (waist): here stand numbers and parameters only; a joint that follows it is "
-        "coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
+        "'q1' is the variable of joint 1 (waist): only numbers and parameters are allowed here; a joint that follows "
+        "it is coupled, with the formula in theta (sigma = 0) or r (sigma = 1)",
     ),
     (
         *("(1 + q2^2)", "(1 + q22^2)", "joint 5 (crank), stiffness"),
@@ -224,7 +224,7 @@ BAD = [
     ),
     (
         *('meets = "pin_end"', 'meets = "forearm"', "loop ring, meets"),
-        "forearm is no fixed frame: the cut joint meets a row of its own, of kind fixed",
+        "forearm is not a fixed frame: the cut joint meets a row of its own, of kind fixed",
     ),
     (
         *('meets = "pin_end"', 'meets = "pin_end"\ncloses = "point"', "loop ring, closes"),
@@ -232,7 +232,7 @@ BAD = [
     ),
     (
         *(LOOP, two('[loops.other]\ncut = "rod"\nmeets = "pin_end"'), "loop other, cut"),
-        'rod is no cut joint: its row needs kind = "cut"; there are: pin',
+        'rod is not a cut joint: its row needs kind = "cut"; there are: pin',
     ),
     (
         *(LOOP, two('[loops.other]\ncut = "pin"\nmeets = "pin_end"'), "loop other, cut"),
@@ -246,7 +246,7 @@ BAD = [
     ('"q3", "rod"', '"q3", "rodd"', "loop ring, dependent", "no joint 'rodd'; did you mean 'rod'?"),
     (
         *('"q3", "rod"', '"q3", "waist"', "loop ring, dependent"),
-        "waist is no joint of the loop: those are arm, forearm, crank, drive, rod",
+        "waist is not a joint of the loop: those are arm, forearm, crank, drive, rod",
     ),
     (
         *('"q3", "rod"', '"q3", "pin"', "loop ring, dependent"),
@@ -267,7 +267,7 @@ BAD = [
     ("q3 = 1.5", 'q3 = "1/0"', "loop ring, start, q3", "'1/0' has no value: it divides by zero"),
     (
         *("N1 = 100", "N1 = nan", "loop ring, start, qm"),
-        "N1 has no value, but a branch is told by numbers: give it one, or write a number",
+        "N1 has no value, but numbers tell the branch: give it one, or write a number",
     ),
     # antecedents
     (
@@ -408,7 +408,7 @@ def test_machines_built_in_python_are_checked_too() -> None:
         "joint 1 (waist), theta: 'q1' stands in the cell twice: a joint is its variable plus those of others"
     )
     assert message(changed(2, replace(machine.joint(2), variable="q7"))) == (
-        "joint 2 (rotor), joint variable: a coupled joint has none of its own, not 'q7'"
+        "joint 2 (rotor), joint variable: a coupled joint has no variable of its own: remove 'q7'"
     )
     weight = Wrench(force=(ZERO, ZERO, Formula.parse(1)))
     assert message(changed(8, replace(machine.joint(8), wrench=weight))) == (
@@ -417,8 +417,7 @@ def test_machines_built_in_python_are_checked_too() -> None:
 
 
 @pytest.mark.parametrize(
-    "cell",
-    ["1*q1 + s", "q1/(2*pi) + s", "L2*(q1 - q2) + s", "sin(q1) + s", "s - L3*q1^2", "s + sqrt(q1^2 + q2^2)"],
+    "cell", ["1*q1 + s", "q1/(2*pi) + s", "L2*(q1 - q2) + s", "sin(q1) + s", "s - L3*q1^2", "s + sqrt(q1^2 + q2^2)"]
 )
 def test_couplings_with_a_pitch_are_legal(cell: str) -> None:
     check(toml.read(COUPLED.replace(END, side(f'r = "{cell}", variable = "s"', sigma=1)), "arm.toml"))
@@ -471,7 +470,7 @@ def test_frames_of_cut_joints_are_not_asked_for() -> None:
 def test_motors_of_different_types_that_share_are_warned_about() -> None:
     shares = "waist = { sharing = 1 }\nside = { sharing = 2 }\narm = { rotor"
     for cell, sigma, expected in (
-        ('r = "s"', 1, ["sharing: waist turns and side slides: N m and N are weighed alike"]),
+        ('r = "s"', 1, ["sharing: waist turns and side slides: N m and N are weighted alike"]),
         ('theta = "s"', 0, []),
     ):
         text = COUPLED.replace(END, side(cell, sigma=sigma)).replace("arm = { rotor", shares)

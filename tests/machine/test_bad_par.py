@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import par, read_machine
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.models.packaging import reserved_words
 from tests.machine.samples import PAR
 from tests.machine.test_bad_toml import damaged
 
@@ -29,7 +30,7 @@ def message(text: str) -> str:
 
 BAD = [
     ("d = {0, 0, 0.1}", "d = {0, 0, __import__('os')}", "joint 3 (j3), d", "not arithmetic"),
-    ("d = {0, 0, 0.1}", "d = {0, 0, exec(1)}", "joint 3 (j3), d", "no function"),
+    ("d = {0, 0, 0.1}", "d = {0, 0, exec(1)}", "joint 3 (j3), d", "not a function"),
     ("d = {0, 0, 0.1}", "d = {0, 0, a.b}", "joint 3 (j3), d", "not arithmetic"),
     ("d = {0, 0, 0.1}", "d = {0, 0, 10^10^10}", "joint 3 (j3), d", "whole number"),
     ("d = {0, 0, 0.1}", "d = {0, 0, os.system(1)}", "joint 3 (j3), d", "not arithmetic"),
@@ -42,7 +43,7 @@ BAD = [
     ("d = {0, 0, 0.1}", "d = {}", "d", "has 0 entries"),
     ("d = {0, 0, 0.1}", "d = 0", "d", "list in braces"),
     ("d = {0, 0, 0.1}", "d = {0, 0, 0.1", "d", "not closed"),
-    ("d = {0, 0, 0.1}", "d = {0, 0, 0.1} 5", "line 8", "is no entry"),
+    ("d = {0, 0, 0.1}", "d = {0, 0, 0.1} 5", "line 8", "is not an entry"),
     ("d = {0, 0, 0.1}", "D = {0, 0, 0.1}\nd = {0, 0, 0.1}", "d", "given twice"),
     ("d = {0, 0, 0.1}", "dd = {0, 0, 0.1}", "dd", "did you mean 'd'"),
     ("alpha", "alhpa", "alhpa", "did you mean 'alpha'"),
@@ -77,13 +78,13 @@ BAD = [
     ("k = {0, K2, 0}", "k = {0, -5, 0}", "joint 2 (j2), stiffness", "negative"),
     ("Type = 0", "Type = 0 (* never closed", "line 4", "never closed"),
     ("Type = 0", "(*! nmae = x *)", "(*! nmae *)", "did you mean 'name'"),
-    ("Type = 0", "(*! name *)", "(*! ... *)", "is no entry"),
+    ("Type = 0", "(*! name *)", "(*! ... *)", "is not an entry"),
     ("Type = 0", "(*! name = int *)", "name", "keyword"),
-    ("Type = 0", "(*! name = {a} *)", "(*! name *)", "one name"),
+    ("Type = 0", "(*! name = {a} *)", "name", "must be a text"),
     ("Type = 0", "(*! names = {a, b} *)", "(*! names *)", "list of 3 names"),
     ("Type = 0", "(*! names = {a, b, b} *)", "joint 3 (b), name", "taken by joint 2"),
-    ("Type = 0", "(*! values = {M3 = 1} *)", "(*! values *)", "did you mean 'M2'"),
-    ("Type = 0", "(*! values = {M2 = 1/} *)", "(*! values *), M2", "ends too early"),
+    ("Type = 0", "(*! values = {M3 = 1} *)", "parameters", "did you mean 'M2'"),
+    ("Type = 0", "(*! values = {M2 = 1/} *)", "parameters, M2", "ends too early"),
     ("Type = 0", "(*! values = {M2 = K2} *)", "parameters, M2", "holds names"),
     ("Type = 0", "(*! values = {M2} *)", "(*! values *)", "must be a table"),
     ("Type = 0", "(*! values = {M2 = 1 *)", "(*! values *)", "comma or } is missing"),
@@ -98,12 +99,29 @@ BAD = [
     ("Type = 0", "(*! damping = {0, 1} *)", "(*! damping *)", "list of 3"),
     ("Type = 0", "(*! damping = {1, 0, 0} *)", "joint 1 (j1), damping", "only an elastic one"),
     ("Type = 0", "(*! neutral = {0, a.b, 0} *)", "joint 2 (j2), neutral", "not arithmetic"),
-    ("Type = 0", "(*! central = {j9 = {0}} *)", "(*! central *)", "no joint 'j9'"),
-    ("Type = 0", "(*! central = {j2 = {0}} *)", "joint 2 (j2), central", "list of 9"),
-    ("Type = 0", "(*! central = {j2 = {1, 0, 0, 0, 0, 0, 0, 0, 0}} *)", "joint 2 (j2), central", "does not agree"),
+    ("Type = 0", "(*! central = {j9 = {0, 0, 0, 0, 0, 0, 0, 0, 0}} *)", "bodies", "no joint 'j9'"),
+    ("Type = 0", "(*! central = {j2 = {0}} *)", "(*! central *)", "j2 must be a list of 9"),
+    ("Type = 0", "(*! central = {j2 = {1, 0, 0, 0, 0, 0, 0, 0, 0}} *)", "joint 2 (j2), bodies", "does not agree"),
     ("Type = 0", "(*! scene = {models = {direct_dynamic}} *)", "scene, models", "did you mean 'direct_dynamics'"),
     ("Type = 0", "(*! scene = {modles = {}} *)", "scene, modles", "did you mean 'models'"),
     ("Type = 0", "(*! scene = {locked = {j3 = 0}} *)", "scene, locked, j3", "no variable to lock"),
+    ("Type = 0", "(*toml nmae = 3 *)", "nmae", "did you mean 'name'"),
+    ("Type = 0", "(*toml name = arm *)", "line 4, column 15", "not TOML"),
+    ("Type = 0", "(*toml [parameters] *)\n\n(*toml M3 = , *)", "line 6, column 13", "not TOML"),
+    ("Type = 0", "(*toml [parameters] *)\n(*toml M3 = 1 *)", "parameters", "did you mean 'M2'"),
+    ("Type = 0", "(*toml joints = [{}] *)", "joints", "has 1 rows, expected 3"),
+    ("Type = 0", "(*toml joints = [{sigma = 1}, {}, {}] *)", "joint 1 (j1), sigma", "remove one of the two"),
+    ("Type = 0", "(*toml gravity = [0, 0, 1] *)", "gravity", "given by the list G too"),
+    ("Type = 0", "(*toml [base] *)\n(*toml floating = 'rotation' *)", "base, floating", "add is_floating = 1"),
+    ("Type = 0", "(*toml [loops] *)\n(*toml a = {} *)", "loops", "names 1 loops, expected 0"),
+    ("Type = 0", "(*toml [motors] *)\n(*toml j9 = { ratio = 3 } *)", "motors", "did you mean"),
+    (
+        "Type = 0",
+        "(*toml [springs] *)\n(*toml j2 = { stiffness = 3 } *)",
+        "joint 2 (j2), springs, stiffness",
+        "a list too",
+    ),
+    ("Type = 0", "(*! notes = {a} *)\n(*toml notes = ['b'] *)", "notes", "move all to the first"),
 ]
 
 
@@ -155,7 +173,7 @@ def test_old_files_are_read(end: str, mark: str, tmp_path) -> None:
     assert machine.joints[0].rotor_inertia.value() == 2.5e-3
     assert {parameter.name: parameter.value.value() for parameter in machine.parameters} == {"L2": 0.35, "M2": 5}
     expected = ["bodies", "joints\non two lines", "Simple", "base", "trees only"]
-    assert list(machine.notes) == expected
+    assert list(machine.origin.notes) == expected
 
 
 def test_files_of_symoro_plus_are_read_whatever_their_encoding(tmp_path: Path) -> None:
@@ -165,7 +183,7 @@ def test_files_of_symoro_plus_are_read_whatever_their_encoding(tmp_path: Path) -
     for encoding in ("utf-8", "cp1252"):
         file = tmp_path / f"{encoding}.par"
         file.write_bytes((header + PAR).encode(encoding))
-        texts.append(read_machine(file)[0].notes[0])
+        texts.append(read_machine(file)[0].origin.notes[0])
     assert texts == [header.strip("(* )\n")] * 2
     letter = tmp_path / "letter.par"
     letter.write_bytes(PAR.replace("q1", "q\xeb").encode("cp1252"))
@@ -191,11 +209,18 @@ def test_the_name_is_that_of_the_robot_else_of_the_file(text: str, file: str, na
     assert par.write(machine).startswith(f"(* Robotname = '{name}' *)")
 
 
+ANOTHER = 'give another by (*toml name = "..." *))'
+
+
 @pytest.mark.parametrize(
     ("text", "file", "origin"),
     [
-        ("", "int.par", "(it is made of the name of the file, give another by (*! name = ... *))"),
-        ("(* Robotname = 'int' *)\n", "a.par", "(it is made of Robotname = 'int', give another by (*! name = ... *))"),
+        ("", "int.par", '(it is made of the name of the file, give another by (*toml name = "..." *))'),
+        (
+            "(* Robotname = 'int' *)\n",
+            "a.par",
+            "(it is made of Robotname = 'int', give another by (*toml name = \"...\" *))",
+        ),
         ("(*! name = int *)\n", "a.par", "keyword of C, C++ or Python; 'int_' is free"),
     ],
 )
@@ -241,12 +266,12 @@ def test_names_declared_are_no_variables() -> None:
 
 
 def test_long_lines_take_no_time() -> None:
-    assert "is no entry" in message("a" * 5_000_000)
+    assert "is not an entry" in message("a" * 5_000_000)
     assert "never closed" in message("(*" * 2_000_000)
     assert "not closed" in message("ant = {" + "0," * 2_000_000)
     assert "no such key" in message("x" * 1_000_000 + " = 1")
     assert "whole number" in message("NL = " + " " * 1_000_000 + "x\nant={0}\nsigma={0}")
-    assert "is no entry" in message("NL = 1" + " " * 1_000_000 + "{")
+    assert "is not an entry" in message("NL = 1" + " " * 1_000_000 + "{")
 
 
 @given(st.data())

@@ -8,12 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats import read_machine, write_machine
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import read_machine, toml, write_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.catalogue import MODELS
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.models.packaging import reserved_words
 from tests.machine.samples import TOML
 
 
@@ -69,7 +70,12 @@ BAD = [
     ("[0, 0, -9.81]", "[0, -9.81]", "gravity", "2 entries, expected 3"),
     ("[0, 0, -9.81]", '"down"', "gravity", "list"),
     ("inertia = [0.1, 0.2, 0.25]", "inertia = [1, 2]", "joint 2 (lift), inertia", "2 entries, expected 3 or 6"),
-    ("inertia = [0.1, 0.2, 0.25]", "inertia_at_origin = [1, 2, 3]", "joint 2 (lift), center_of_mass", "one of both"),
+    (
+        "inertia = [0.1, 0.2, 0.25]",
+        "inertia_at_origin = [1, 2, 3]",
+        "joint 2 (lift), center_of_mass",
+        "are two alternatives",
+    ),
     ("mass = 2.5", "mas = 2.5", "joint 2 (lift), mas", "did you mean 'mass'"),
     ("sigma = 1", "sigma = 1.0", "joint 2 (lift), sigma", "whole number"),
     ("sigma = 1", 'sigma = "1"', "joint 2 (lift), sigma", "whole number"),
@@ -109,7 +115,7 @@ BAD = [
         'theta = "q1"',
         'theta = "q1 + L1"',
         "joint 1 (base_yaw), theta",
-        'the cell holds q1 and L1, both new: say variable = "L1"; parameters are declared',
+        'the cell holds q1 and L1, both new: write variable = "L1"; parameters are declared',
     ),
     ('theta = "q1"', 'theta = "2*q1"', "joint 1 (base_yaw), theta", "plus a constant"),
     ('theta = "q1"', 'theta = "-q1"', "joint 1 (base_yaw), theta", "plus a constant"),
@@ -166,7 +172,7 @@ def test_keys_of_many_parts_take_no_time(part: str) -> None:
 def test_dots_in_texts_and_comments_are_free() -> None:
     text = 'notes = ["a.b.c.d.e.f.g.h.i.j.k.l", '
     text += '\'1.2.3.4.5.6.7.8.9.10.11\', """a.\nb\\"""c.d.e.f.g.h.i.j.k"""]  # .........\n'
-    assert len(toml.read(text + TOML, "").notes) == 3
+    assert len(toml.read(text + TOML, "").origin.notes) == 3
 
 
 @pytest.mark.parametrize("offset", ["q1", "(q1)", "+q1", "q1+0"])
@@ -201,11 +207,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         "windows.toml": ("name = 'a'".encode("utf-16"), "line 1, column 1: the file is UTF-16 text"),
         "windows.par": ("NL = 1".encode("utf-16"), "line 1, column 1: the file is UTF-16 text"),
         "garbage.par": (b"(* \x81 *)", "line 1, column 4: the byte 0x81 is not UTF-8"),
-        "arm.json": (
-            b"{}",
-            "file: the suffix '.json' is no machine format: use .toml or .par or .urdf or .xml or .csv",
-        ),
-        "arm": (b"", "file: the suffix '' is no machine format"),
+        "arm.json": (b"{}", "file: the suffix '.json' is not a machine format: use .toml, .par, .urdf, .xml or .csv"),
+        "arm": (b"", "file: the suffix '' is not a machine format"),
     }
     for name, (content, reason) in cases.items():
         path = tmp_path / name
@@ -219,7 +222,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 
 def test_a_folder_is_no_file(tmp_path: Path) -> None:
     (tmp_path / "folder.toml").mkdir()
-    with pytest.raises(InputError, match="is no file"):
+    with pytest.raises(InputError, match="is not a file"):
         read_machine(tmp_path / "folder.toml")
     with pytest.raises(InputError, match="cannot be written"):
         write_machine(toml.read(TOML, ""), tmp_path / "folder.toml")

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import MOST_JOINTS, check, formulas
-from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.plausibility import _eigenvalues
@@ -158,7 +158,7 @@ def refused(machine: Machine) -> str:
     [
         (replace(ONE, variable=None), "joint 1 (a), theta: the joint variable is missing"),
         (replace(ONE, sigma=1, variable=None), "joint 1 (a), r: the joint variable is missing"),
-        (replace(ONE, sigma=2, kind=Kind.FIXED), "joint 1 (a), joint variable: a fixed frame has none"),
+        (replace(ONE, sigma=2, kind=Kind.FIXED), "joint 1 (a), joint variable: a fixed frame has no variable"),
         (replace(ONE, sigma=-1), "joint 1 (a), sigma: -1"),
         (replace(ONE, antecedent=1), "joint 1 (a), antecedent: 1 must be 0"),
         (replace(ONE, kind=Kind.ELASTIC), "joint 1 (a), stiffness"),
@@ -232,7 +232,9 @@ def test_formulas_are_all_of_them() -> None:
 def test_units_that_nothing_converts_are_refused(unit: str) -> None:
     machine = planar_2r()
     first, *others = machine.parameters
-    with pytest.raises(InputError, match=rf"parameter {first.name}: its unit is '{unit}', but nothing converts values"):
+    with pytest.raises(
+        InputError, match=rf"parameter {first.name}: its unit is '{unit}', but values are not converted"
+    ):
         check(replace(machine, parameters=(replace(first, unit=unit), *others)))
 
 

@@ -8,14 +8,15 @@ from typing import Any, get_args, get_type_hints
 
 import pytest
 
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.checks import formulas
-from symoro_elastic.machine.columns import Cell, Dimension, cells, column, declared, with_cells
-from symoro_elastic.machine.formats import par, par_extensions, par_syntax, toml
+from symoro_elastic.machine.columns import Cell, Dimension, cells, column, declared_columns, with_cells
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.named_cells import with_named_cells
-from symoro_elastic.machine.table import machine_table
-from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.machine.views import machine_table
+from symoro_elastic.models.base_parameters import base_grouping
 from symoro_elastic.numerics.values import DRAWS, parameter_values
 
 BODIES = (Dimension.MASS, Dimension.FIRST_MOMENT, Dimension.INERTIA)
@@ -73,7 +74,7 @@ def formula_fields(owner: type) -> Iterator[tuple[str, int]]:
 
 @pytest.mark.parametrize("owner", [Joint, Body, Base])
 def test_every_field_that_holds_formulas_is_a_column(owner: type) -> None:
-    assert [(count) for _, count in formula_fields(owner)] == [len(one.cells) for one in declared(owner)]
+    assert [(count) for _, count in formula_fields(owner)] == [len(one.cells) for one in declared_columns(owner)]
 
 
 @pytest.mark.parametrize("central", [False, True])
@@ -114,11 +115,6 @@ def test_every_dimension_has_values_of_its_own(kind: type[Joint]) -> None:
 def with_preload(monkeypatch: pytest.MonkeyPatch) -> None:
     """Formats that know the cell more."""
     monkeypatch.setattr(toml, "Joint", PreloadedJoint)
-    monkeypatch.setattr(par, "Joint", PreloadedJoint)
-    extended = (*par_syntax.EXTENDED, "preload")
-    for module in (par, par_extensions, par_syntax):
-        monkeypatch.setattr(module, "EXTENDED", extended)
-    monkeypatch.setattr(par_syntax, "EXTENSIONS", (*par_syntax.EXTENSIONS, "preload"))
 
 
 @pytest.mark.parametrize("form", [toml, par])
@@ -152,14 +148,14 @@ def test_numbers_that_may_be_tuned_get_names(kind: type[Joint]) -> None:
 def test_grouping_replaces_inertial_cells_and_no_others(kind: type[Joint]) -> None:
     numbers = {cell.label: Formula.parse(k) for k, (cell, _) in enumerate(cells(full_machine(kind).joint(2)), start=1)}
     joint = with_cells(kind("drive", 0, Kind.MOTOR, 0, "q1"), lambda cell, _: numbers[cell.label])
-    (after,) = grouped(Machine("one", (joint,))).machine.joints
+    (after,) = base_grouping(Machine("one", (joint,))).machine.joints
     changed = {old.column.section for (old, x), (_, y) in zip(cells(joint), cells(after), strict=True) if x != y}
     assert changed <= {"bodies", "motors"} and changed
 
 
 @pytest.mark.parametrize("kind", [Joint, PreloadedJoint])
 def test_the_table_shows_every_cell_with_a_symbol(kind: type[Joint]) -> None:
-    column_of_laws = list(machine_table(full_machine(kind)).columns[-1].cells)
+    column_of_laws = list(machine_table(full_machine(kind)).columns[-1][1])
     shown = {cell.column.symbol for cell, _ in cells(full_machine(kind).joint(2)) if cell.column.symbol}
     assert {entry.split(" = ")[0] for entry in column_of_laws[1].split(", ")} == shown
     assert {"k", "d", "q0", "Ia", "Fv", "Fs"} <= shown

@@ -6,17 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.constants import with_constants
-from symoro_elastic.machine.formats import toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import with_base_coordinates
-from symoro_elastic.machine.freed import SECTIONS, freed
+from symoro_elastic.machine.freed import SECTIONS, with_free_numbers
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Floating, Kind, Machine
 from symoro_elastic.machine.named_cells import with_named_cells, with_values
-from symoro_elastic.machine.reduced import reduced, rigid, rotors, with_ratios
+from symoro_elastic.machine.reduced import reduced_model, rigid, rotors, with_ratios
 from tests.machine.samples import COUPLED
 
 DISC = "{ mass = 1, center_of_mass = [0, 0, 0], inertia = [0.0004, 0.0004, 0.0007] }"
@@ -38,7 +38,7 @@ def test_geared_rotors_are_found() -> None:
     """The rotor follows the waist, the crank follows the drive; a jaw that slides and an arm that carries are none."""
     machine = read(with_discs("rotor", "drive", "jaw"))
     assert rotors(machine) == (2, 6)
-    less = reduced(machine)
+    less = reduced_model(machine)
     for j in (2, 6):
         assert (less.joint(j).rotor_inertia.value(), less.joint(j).body.inertia[5].is_zero) == (0.0007, True)
     unbalanced = "[bodies]", "[bodies]\nrotor = { mass = 1, center_of_mass = [0.1, 0, 0] }"
@@ -78,7 +78,7 @@ def test_the_full_model_of_a_rotor_takes_the_ratio_of_the_file_once() -> None:
     assert full.joint(3).rotor_inertia.value() + body == pytest.approx(5.0, rel=1e-15)
     assert body == pytest.approx(5.0 / 100, rel=1e-15)
     for ratio in ("N1", "80"):
-        with pytest.raises(InputError, match=f"--ratio: arm: the file gives ratio = {ratio}: leave out one of both"):
+        with pytest.raises(InputError, match=f"--ratio: arm: the file gives ratio = {ratio}: remove one of the two"):
             with_ratios(read(('ratio = "N1"', f'ratio = "{ratio}"')), {"arm": 100.0})
 
 
@@ -102,7 +102,7 @@ def test_folded_parameters_are_constants_of_loops_too() -> None:
 
 
 def test_freed_cells_keep_the_couplings() -> None:
-    machine = freed(read(('ratio = "N1"', "ratio = 100")), SECTIONS)
+    machine = with_free_numbers(read(('ratio = "N1"', "ratio = 100")), SECTIONS)
     values = {p.name: p.value.value() for p in machine.parameters if p.value}
     assert (values["IA3"], values["ratio3"]) == (5e-4, 100.0)
     assert machine.joint(5).spring.stiffness == read().joint(5).spring.stiffness
@@ -139,10 +139,10 @@ def test_loops_on_a_floating_base_keep_their_rows() -> None:
 
 def test_a_position_of_a_named_length_is_locked() -> None:
     """A parameter of a cell has a dot in its name, which no formula is read with."""
-    from symoro_elastic.machine.restrict import restricted
+    from symoro_elastic.machine.restrict import restrict
     from symoro_elastic.machine.scene import Scene
 
     slides = (('kind = "coupled", sigma = 1, r = "L3*sin(q3)"', 'kind = "motor", sigma = 1, r = "q9 + 0.4"'),)
     named = with_named_cells(read(*slides))
-    still = restricted(named, Scene(locked={"jaw": Formula.parse(0.1)}))
+    still = restrict(named, Scene(locked={"jaw": Formula.parse(0.1)}))
     assert still.joint(10).r.value({"jaw.r": 0.4}) == 0.5

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.degenerate import degeneracies
-from symoro_elastic.numerics.states import extreme_states, moderate_states
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equilibrium import given_state
+from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
 from symoro_elastic.symbolic.arithmetic import FLOATS, multiprecision
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import given_state
 from tests.command_line import run
 
 CAM = """name = "cam"

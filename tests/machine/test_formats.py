@@ -9,8 +9,10 @@ import pytest
 from click.testing import CliRunner
 
 from symoro_elastic.cli import cli
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import FORMATS, Format, read_machine, reading, toml, write_machine
+from symoro_elastic.formats import FORMATS, Format, read_machine, reading, write_machine
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.format_names import FORMAT_NAMES, FormatName, in_words, suffixes
 from symoro_elastic.machine.machine import Machine
 
 HEAD = "toy\n"
@@ -26,7 +28,7 @@ def read_toy(text: str, source: str) -> Machine:
 
 @pytest.fixture(autouse=True)
 def toy(monkeypatch: pytest.MonkeyPatch) -> Format:
-    form = Format("toy", (".toy", ".plaything"), read_toy)
+    form = Format(FormatName("toy", (".toy", ".plaything")), read_toy)
     monkeypatch.setattr(reading, "FORMATS", (*FORMATS, form))
     return form
 
@@ -84,15 +86,28 @@ def test_convert_to_a_read_only_format_is_refused_in_one_line(arm: Path, tmp_pat
     target = tmp_path / "other.toy"
     code, out, error = run("convert", arm, target)
     assert (code, out) == (2, "") and not target.exists()
-    assert error == f"{target}: file: toy files can be read, but not written: use .toml or .par or .urdf"
+    assert error == f"{target}: file: toy files can be read, but not written: use .toml, .par or .urdf"
 
 
 def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
     machine, _ = read_machine(PLANAR_2R)
-    with pytest.raises(InputError, match=r"the suffix '\.json' is no machine format: use .* or \.toy"):
+    with pytest.raises(InputError, match=r"the suffix '\.json' is not a machine format: use .*, \.toy or \.plaything"):
         read_machine(tmp_path / "arm.json")
-    with pytest.raises(InputError, match=r"the suffix '\.json' is no machine format"):
+    with pytest.raises(InputError, match=r"the suffix '\.json' is not a machine format"):
         write_machine(machine, tmp_path / "arm.json")
+
+
+def test_help_knows_every_format_and_which_are_written() -> None:
+    assert tuple(form.named for form in FORMATS) == FORMAT_NAMES
+    assert [form.named for form in FORMATS if form.write] == [form for form in FORMAT_NAMES if form.is_written]
+    assert suffixes() == tuple(suffix for form in FORMATS for suffix in form.suffixes)
+    help_, converting = (" ".join(run(*words, "--help")[1].replace("-\n", "-").split()) for words in ((), ("convert",)))
+    assert f"({', '.join(suffixes())})" in help_ and f"ends in {' or '.join(suffixes(written=True))}." in converting
+
+
+def test_lists_are_written_as_in_english() -> None:
+    assert in_words([".toml", ".par", ".urdf"]) == ".toml, .par or .urdf"
+    assert in_words([".toml", ".par"], "and") == ".toml and .par" and in_words(["one"]) == "one"
 
 
 def test_suffixes_belong_to_one_format_each() -> None:

@@ -11,13 +11,13 @@ import pytest
 from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.reading import read_machine
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.formats.reading import read_machine
-from symoro_elastic.machine.formula import Formula, written
+from symoro_elastic.machine.formula import Formula, text_of
 from symoro_elastic.machine.formula_units import mismatches
-from symoro_elastic.machine.freed import freed
+from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.quantities.units import Powers, in_base_units, product
 from tests.closed_chains.machines import FILES, machine
 from tests.command_line import EXAMPLES
@@ -147,7 +147,7 @@ def test_numbers_that_become_parameters_have_the_units_of_their_cells() -> None:
     """Those of a rotor behind a ratio too, where the joint slides."""
     text = ARM.format(cell='r = "R*q1"', sigma=1, d="L1", k="8e4")
     rotor = "[motors]\nslide = { rotor_inertia = 2e-4, ratio = 600 }\n"
-    whole = freed(toml.read(text + rotor, "arm.toml"), ("springs", "motors"))
+    whole = with_free_numbers(toml.read(text + rotor, "arm.toml"), ("springs", "motors"))
     assert not [line for line in check(whole) if "needed" in line]
     assert {"kg m2", "rad/m", "N/m"} <= {parameter.unit for parameter in whole.parameters}
 
@@ -214,7 +214,7 @@ def test_what_is_accepted_is_the_same_in_any_units(text: str, rng: random.Random
 @settings(max_examples=200, deadline=None)
 def test_parts_are_written_as_they_are_read(text: str) -> None:
     tree = Formula.parse(text).tree
-    assert Formula.parse(written(tree)).tree == tree
+    assert Formula.parse(text_of(tree)).tree == tree
 
 
 @pytest.mark.parametrize(
@@ -222,7 +222,7 @@ def test_parts_are_written_as_they_are_read(text: str) -> None:
 )
 def test_signs_functions_and_numbers_are_written_too(text: str) -> None:
     tree = Formula.parse(text).tree
-    again = Formula.parse(written(tree))
+    again = Formula.parse(text_of(tree))
     values = {"a": 0.7, "b": 1.3, "c": -2.1}
     assert again.value(values) == pytest.approx(Formula.parse(text).value(values), rel=1e-15)
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symoro_elastic.machine.formats.toml import read
+from symoro_elastic.formats.toml.reading import read
 from tests.machine.samples import TOML
 
 
 def test_joints_are_counted_from_one_and_entries_of_q_from_zero() -> None:
     machine = read(TOML, "arm.toml")
     assert [machine.joint(j).name for j in (1, 2, 3)] == ["base_yaw", "lift", "tip"]
-    assert (machine.moving, machine.motors, machine.elastic) == ((1, 2), (1,), (2,))
-    assert [joint.name for joint in machine.moving_joints] == ["base_yaw", "lift"]
+    assert (machine.independent, machine.motors, machine.elastic) == ((1, 2), (1,), (2,))
+    assert [joint.name for joint in machine.independent_joints] == ["base_yaw", "lift"]
     assert [joint.name for joint in machine.motor_joints] == ["base_yaw"]
     assert (machine.motor_entries, machine.elastic_entries) == ((0,), (1,))
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import numpy_model
 from tests.machine.samples import COUPLED
@@ -31,15 +31,17 @@ def linkage() -> Machine:
 def test_inertia_and_bias_are_those_of_the_whole_machine(locked: tuple[str, ...]) -> None:
     """A and H at any rates of the joints that are left; rows and columns of the locked ones are left out."""
     machine, rng = linkage(), np.random.default_rng(7)
-    names = [machine.joint(j).name for j in machine.moving]
-    q = np.array([NEAR[str(machine.joint(j).variable)] for j in machine.moving]) + 0.05 * rng.normal(size=len(names))
+    names = [machine.joint(j).name for j in machine.independent]
+    q = np.array([NEAR[str(machine.joint(j).variable)] for j in machine.independent]) + 0.05 * rng.normal(
+        size=len(names)
+    )
     kept = [k for k, name in enumerate(names) if name not in locked]
     qd = np.zeros(len(names))
     qd[kept] = rng.normal(size=len(kept))
     values = {name: Formula.parse(float(x)) for name, x in zip(names, q, strict=True) if name in locked}
     whole, still = (
         numpy_model(one, ("inertia_matrix", "bias_forces"))
-        for one in (machine, restricted(machine, Scene(locked=values)))
+        for one in (machine, restrict(machine, Scene(locked=values)))
     )
     A, H = whole.inertia_matrix(q), whole.bias_forces(q, qd)
     np.testing.assert_allclose(

@@ -6,7 +6,7 @@ import pytest
 
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.machine.table import machine_table
+from symoro_elastic.machine.views import machine_table
 
 
 @pytest.mark.parametrize(
@@ -16,5 +16,5 @@ from symoro_elastic.machine.table import machine_table
 def test_offsets_are_written_with_their_sign(offset: str, shown: str) -> None:
     for sigma, key in ((0, "theta"), (1, "r")):
         joint = Joint("one", 0, Kind.MOTOR, sigma, "q", **{key: Formula.parse(offset), "alpha": Formula.parse("Pi/2")})
-        cells = {str(c.header): list(c.cells) for c in machine_table(Machine("m", (joint,))).columns}
+        cells = {head: list(cells) for head, cells in machine_table(Machine("m", (joint,))).columns}
         assert cells[key] == [shown] and cells["alpha"] == ["pi/2"]

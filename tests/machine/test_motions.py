@@ -7,14 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats import read_machine, read_scene
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.formats.toml.motions import read_motions, read_wanted
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import par, read_machine, read_scene, toml
-from symoro_elastic.machine.formats.motions import read_motions, read_wanted
+from symoro_elastic.machine.described import Wanted
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Gains, Move, PrescribedMotion, Wobble
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.wanted import Wanted
 from tests.command_line import EXAMPLES, run
 from tests.machine.samples import COUPLED, PAR
 
@@ -67,7 +69,7 @@ def test_joints_by_any_name_and_formulas_of_numbers(machine: Machine, tmp_path: 
 def test_several_motions(machine: Machine, tmp_path: Path) -> None:
     two = MOTION.replace("[motion]", "[[motion]]") + "[[motion]]\nduration = 1\n"
     assert read_motions(written(two, tmp_path), machine) == (AS_READ, PrescribedMotion(1.0))
-    with pytest.raises(InputError, match=r"scene\.toml: motion 2, duration: 0 s is no time"):
+    with pytest.raises(InputError, match=r"scene\.toml: motion 2, duration: 0 s is not a duration"):
         read_motions(written(two.replace("= 1\n", "= 0\n"), tmp_path), machine)
 
 
@@ -98,7 +100,10 @@ def test_a_machine_file_keeps_them(form, machine: Machine) -> None:
     text = (EXAMPLES / "two_axis.toml").read_text(encoding="utf-8")
     two = MOTION.replace("[motion]", "[[motion]]")
     with_both = toml.read(text + two + two.replace("0.08", "0.01") + WANTED, "two_axis.toml")
-    assert [motion.moves[0].by for motion in with_both.motions] == [0.08, 0.01] and with_both.wanted == AS_WANTED
+    assert [motion.moves[0].by for motion in with_both.asked.motions] == [
+        0.08,
+        0.01,
+    ] and with_both.asked.wanted == AS_WANTED
     assert form.read(form.write(with_both), "two_axis.toml") == with_both
 
 
@@ -107,9 +112,9 @@ def test_a_machine_file_keeps_them(form, machine: Machine) -> None:
 
 WRONG_MOTIONS = [
     ("duration = 0.25", "", "motion, duration: is missing"),
-    ("duration = 0.25", "duration = -1", "motion, duration: -1 s is no time to move in"),
+    ("duration = 0.25", "duration = -1", "motion, duration: -1 s is not a duration"),
     ("duration = 0.25", "duration = nan", "motion, duration: nan is not finite"),
-    ("duration = 0.25", 'duration = "L12"', "motion, duration: 'L12' is a name: only numbers stand here"),
+    ("duration = 0.25", 'duration = "L12"', "motion, duration: 'L12' is a name: only numbers and formulas"),
     ("duration", "durration", "motion, durration: no such key here; did you mean 'duration'?"),
     ("motor_x = 0,", "motor_z = 0,", "motion, start: no joint 'motor_z'; did you mean"),
     ("motor_x = 0,", "tool = 0,", "motion, start: tool does not move by itself: independent joints are bed_yaw,"),
@@ -123,15 +128,15 @@ WRONG_MOTIONS = [
      "motion, moves 2 (motor_y), in: it ends at 0.26 s, the motion at 0.25 s: move it, or give a longer duration"),
     ("from = 0.1, in = 0.15", "from = -0.1, in = 0.15",
      "motion, moves 2 (motor_y), from: -0.1 s is before the motion, which begins at 0"),
-    ("in = 0.15 }, {", "in = 0 }, {", "motion, moves 1 (motor_x), in: 0 s is no time to move in"),
+    ("in = 0.15 }, {", "in = 0 }, {", "motion, moves 1 (motor_x), in: 0 s is not a duration"),
     ("moves    = [", "moves = 3 # [", "motion, moves: must be a list of tables"),
     ("frequency = 25", "frequency = 7.9",
      "motion, wobbles 1 (motor_y), frequency: 7.9 Hz has 1.98 periods in 0.25 s, it needs 2 to fade in and out"),
-    ("frequency = 25", "frequency = 0", "motion, wobbles 1 (motor_y), frequency: 0 Hz is no frequency"),
+    ("frequency = 25", "frequency = 0", "motion, wobbles 1 (motor_y), frequency: 0 Hz is not a frequency"),
     ("amplitude = 1e-3", "amplitude = 1e10", "motion, wobbles 1 (motor_y), amplitude: 1e+10 is out of range"),
-    ("bandwidth = 25", "bandwidth = -25", "motion, servo, motor_x, bandwidth: -25 Hz is no bandwidth"),
+    ("bandwidth = 25", "bandwidth = -25", "motion, servo, motor_x, bandwidth: -25 Hz is not a bandwidth"),
     ("damping = 0.8", "damping = -0.8", "motion, servo, motor_x, damping: -0.8 is negative"),
-    ("kp = 2e6", "kp = -2e6", "motion, servo, motor_y, kp: -2e+06 is negative: such a servo pushes the motor away"),
+    ("kp = 2e6", "kp = -2e6", "motion, servo, motor_y, kp: -2e+06 is negative: such a servo destabilizes the motor"),
     ("kd = 3e4", "kd = -3e4", "motion, servo, motor_y, kd: -30000 is negative"),
     ("kp = 2e6, kd = 3e4", "kp = 2e6, damping = 1", "motion, servo, motor_y: give kp and kd, or bandwidth and damping"),
     ("motor_y = { kp", "ram = { kp", "motion, servo: ram has no motor: motors are motor_x, motor_y"),
@@ -142,11 +147,11 @@ WRONG_MOTIONS = [
     ("fx = 200", "force = 200", "motion, forces 1, force: no such key here"),
 ]  # fmt: skip
 WRONG_WANTED = [
-    ("5 }", "0 }", "wanted, tolerance, motor_x.tau: 0 is no tolerance: give a positive number"),
-    ("5 }", "-5 }", "wanted, tolerance, motor_x.tau: -5 is no tolerance"),
+    ("5 }", "0 }", "wanted, tolerance, motor_x.tau: 0 is not a tolerance: give a positive number"),
+    ("5 }", "-5 }", "wanted, tolerance, motor_x.tau: -5 is not a tolerance"),
     ("5 }", "inf }", "wanted, tolerance, motor_x.tau: inf is not finite"),
-    ('{ "tool.x" = 1e-6, "motor_x.tau" = 5 }', "-1", "wanted, tolerance: -1 is no tolerance"),
-    ("period    = 1e-3", "period = 0", "wanted, period: 0 s is no time"),
+    ('{ "tool.x" = 1e-6, "motor_x.tau" = 5 }', "-1", "wanted, tolerance: -1 is not a tolerance"),
+    ("period    = 1e-3", "period = 0", "wanted, period: 0 s is not a duration"),
     ("period    = 1e-3", "", "wanted, time: it is that of the steps of a period: give period too"),
     ("time      = 50e-6", "time = 2e-3", "wanted, time: 0.002 s is more than the period of 0.001 s"),
     ('["tool.x",', '[1, "tool.x",', "wanted, outputs: must be a list of texts"),
@@ -184,7 +189,7 @@ def test_cut_joints_carry_no_force_and_dependent_ones_no_start() -> None:
     [
         ("(*! motion = 3 *)", "x.par: motion: must be"),
         ("(*! motion = {duration = 1, moves = {{motor = q2, by = 1, in = 1}}} *)", "motion, moves 1, motor: j2 has no"),
-        ("(*! wanted = {tolerance = -1} *)", "x.par: wanted, tolerance: -1 is no tolerance"),
+        ("(*! wanted = {tolerance = -1} *)", "x.par: wanted, tolerance: -1 is not a tolerance"),
     ],
 )
 def test_lines_of_par_refused(line: str, said: str) -> None:

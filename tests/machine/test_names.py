@@ -12,14 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.machine.names import reserved as reserved_beside
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.names import why_reserved as reserved_beside
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.packaging import reserved_words
-from symoro_elastic.pipeline import programs
+from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.quantities import INTERMEDIATES, Intermediate
 from symoro_elastic.quantities.units import NUMBER
 from tests.machine.samples import TOML
@@ -141,9 +141,9 @@ def test_builtins_that_generated_python_calls_are_refused() -> None:
 
 
 def test_quoted_is_one_short_line() -> None:
-    assert quoted("a\nb\x00") == repr("a\nb\x00")
-    assert len(quoted("x" * 10_000)) < 70
-    assert not re.search(r"[\x00-\x1f\x7f\u2028]", quoted("\u2028\x7f\x85"))
+    assert quote("a\nb\x00") == repr("a\nb\x00")
+    assert len(quote("x" * 10_000)) < 70
+    assert not re.search(r"[\x00-\x1f\x7f\u2028]", quote("\u2028\x7f\x85"))
 
 
 def test_suggestions() -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.reduced import reduced, with_ratios
+from symoro_elastic.machine.reduced import reduced_model, with_ratios
 from symoro_elastic.numerics.implementations import numpy_model
 
 ARM = """
@@ -48,7 +48,7 @@ def inertia_and_bias(machine: Machine) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize(
     ("one", "other"),
-    [(with_ratios(by_ratio(), {"arm": 50.0}), by_body()), (by_ratio(), reduced(by_body()))],
+    [(with_ratios(by_ratio(), {"arm": 50.0}), by_body()), (by_ratio(), reduced_model(by_body()))],
     ids=["full", "reduced"],
 )
 def test_they_agree(one: Machine, other: Machine) -> None:

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import par, read_scene, toml
+from symoro_elastic.formats import read_scene
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.catalogue import MODELS
@@ -67,13 +69,13 @@ def test_static_joints_by_any_name_each_once(machine: Machine, tmp_path: Path) -
         ("locked = { lfit = 0 }", "scene, locked", "did you mean 'lift'"),
         ("locked = { lift = 0, q2 = 1 }", "scene, locked", "locked twice"),
         ("locked = { tip = 0 }", "scene, locked, tip", "no variable to lock"),
-        ('locked = { lift = "L7" }', "scene, locked, lift", "no parameter"),
+        ('locked = { lift = "L7" }', "scene, locked, lift", "not a parameter"),
         ('locked = { lift = "a.b" }', "locked, lift", "not arithmetic"),
         ("locked = [1]", "locked", "table"),
         ('static = ["lfit"]', "scene, static", "did you mean 'lift'"),
         ('static = ["base_yaw"]', "scene, static, base_yaw", "the joint is motor: only elastic joints"),
         ('static = ["tip"]', "scene, static, tip", "the joint is fixed: only elastic joints"),
-        ('static = ["q2"]\nlocked = { lift = 0 }', "scene, static, lift", "it is locked too: leave it in one of both"),
+        ('static = ["q2"]\nlocked = { lift = 0 }', "scene, static, lift", "it is locked too: remove one of the two"),
         ("static = { lift = 0, q2 = 1 }", "scene, static", "static twice"),
         ('steps = ["rk5"]', "scene, steps", "no time step 'rk5'; did you mean 'rk4'?"),
         ('fold = ["L3"]', "scene, fold", "no parameter 'L3'"),
@@ -102,7 +104,7 @@ def test_models_may_be_given(machine: Machine, tmp_path: Path) -> None:
 
 def test_the_scene_of_a_machine_file_is_resolved() -> None:
     text = TOML + "[scene]\nlocked = { 2 = 0.1 }\n"
-    assert list(toml.read(text, "arm.toml").scene.locked) == ["lift"]
+    assert list(toml.read(text, "arm.toml").asked.scene.locked) == ["lift"]
     with pytest.raises(InputError, match=r"arm\.toml: scene, locked: no joint '9'"):
         toml.read(text.replace("2 = 0.1", "9 = 0.1"), "arm.toml")
 
@@ -116,6 +118,6 @@ def test_scene_in_a_par_file() -> None:
     text = "NL = 1\nant = {0}\nsigma = {0}\ntheta = {t1}\nd = {L}\n"
     line = "(*! scene = {models = {jacobian}, outputs = {jacobian = {t1}}, "
     line += "locked = {1 = 2*L}, fold = all, gravity = false} *)"
-    scene = par.read(text + line, "").scene
+    scene = par.read(text + line, "").asked.scene
     assert scene.outputs == {"jacobian": ("j1",)} and scene.locked["j1"].text == "2*L"
     assert (scene.fold, scene.gravity) == (ALL, False)

@@ -9,10 +9,10 @@ from typing import Any
 import jsonschema
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.formats.toml.schema import machine_schema, scene_schema
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.formats.schema import machine_schema, scene_schema
 from symoro_elastic.models.catalogue import MODELS
 from tests.machine.samples import COUPLED, TOML
 from tests.machine.test_bad_toml import BAD

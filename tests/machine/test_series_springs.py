@@ -8,16 +8,19 @@ from pathlib import Path
 import mpmath
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import par, read_machine, toml
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import found_degeneracies, generate
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.series_springs import condensed, springs_in_series
+from symoro_elastic.machine.series_springs import condense, springs_in_series
 from symoro_elastic.models.degenerate import degeneracies
-from symoro_elastic.numerics.verify import verify
-from symoro_elastic.pipeline import found_degeneracies, generate
+from symoro_elastic.numerics.verification.verify import verify
 from tests.command_line import ended
 from tests.references import multiprecision as reference
 
@@ -71,9 +74,9 @@ def test_one_spring_moves_as_two_do(case: str) -> None:
     and the force on the massless body is zero.
     """
     whole = series(**CASES[case])
-    one = condensed(whole).machine
+    one = condense(whole).machine
     ((sign, first, last),) = [(s.sign, s.first, s.last) for s in springs_in_series(whole)]
-    kept, j, k = one.moving.index(last), whole.moving.index(first), whole.moving.index(last)
+    kept, j, k = one.independent.index(last), whole.independent.index(first), whole.independent.index(last)
     q, qd, tau = [0.2, 0.11, -0.4], [0.5, -0.3, 0.8], [4.0]
     with mpmath.workdps(50):
         qdd = [mpmath.mpf(x) for x in reference.direct_dynamics(one, q, qd, tau)]
@@ -106,7 +109,7 @@ def test_frames_are_those_of_the_sum(case: str) -> None:
     whole = series(**CASES[case])
     ((sign, first, _),) = [(s.sign, s.first, s.last) for s in springs_in_series(whole)]
     wanted = reference.geometric_model(whole, [0.2, 0.25, -0.125, 0.5])
-    found = reference.geometric_model(condensed(whole).machine, [0.2, sign * 0.25 - 0.125, 0.5])
+    found = reference.geometric_model(condense(whole).machine, [0.2, sign * 0.25 - 0.125, 0.5])
     beyond = range(3, len(whole.joints))
     assert first == 2
     assert max(abs(found[i][m][n] - wanted[i][m][n]) for i in beyond for m in range(4) for n in range(4)) < 1e-40
@@ -116,7 +119,7 @@ def test_a_small_mass_between_approaches_the_condensed_machine() -> None:
     """Accelerations averaged over the split: with mass m between, A qdd + H - Gamma beyond it changes as m."""
     whole = series(sigma=1, d=0.4)
     assert found_degeneracies(whole, Scene()) and not found_degeneracies(whole, CONDENSE)
-    one = condensed(whole).machine
+    one = condense(whole).machine
     q, qd, tau = [0.2, 0.11, -0.4], [0.5, -0.3, 0.8], [4.0]
     x, v = _both(q[1], "0.03", "-0.05", 1), _both(qd[1], "0", "0", 1)
     wanted = reference.direct_dynamics(one, q, qd, tau)
@@ -135,7 +138,7 @@ def test_three_springs_become_one() -> None:
     third = replace(whole.joints[1], name="second", antecedent=2, variable="q9", alpha=f(0), d=f(0))
     rows = [*whole.joints[:2], third, *(replace(r, antecedent=r.antecedent + 1) for r in whole.joints[2:])]
     machine = replace(whole, joints=tuple(rows))
-    found = condensed(machine)
+    found = condense(machine)
     spring = next(joint for joint in found.machine.joints if joint.name == "last").spring
     assert spring.stiffness.value() == pytest.approx(1 / (1 / 700 + 1 / 700 + 1 / 300), rel=1e-15)
     assert spring.neutral.value() == pytest.approx(0.01, rel=1e-13)
@@ -145,7 +148,7 @@ def test_three_springs_become_one() -> None:
 def test_symbols_stay_and_code_is_within_rounding() -> None:
     """The printed table of the paper, if its axes are meant to be parallel."""
     machine, _ = read_machine(EXAMPLES / "two_axis_printed.par")
-    found = condensed(machine)
+    found = condense(machine)
     assert found.notes == (
         "bed_y and bed_x are in series: bed_x is bed_x + bed_y with k1 k2/(k1 + k2), bed_y is fixed",
         "cart_x and cart_y are in series: cart_y is cart_y + cart_x with k1 k2/(k1 + k2), cart_x is fixed",
@@ -196,7 +199,7 @@ OTHERS = {
 @pytest.mark.parametrize("case", OTHERS)
 def test_what_is_no_series_is_left_alone(case: str) -> None:
     machine = OTHERS[case]
-    assert condensed(machine).machine == machine and list(springs_in_series(machine)) == []
+    assert condense(machine).machine == machine and list(springs_in_series(machine)) == []
 
 
 INEXACT = {
@@ -212,7 +215,7 @@ INEXACT = {
 @pytest.mark.parametrize("reason", INEXACT)
 def test_what_is_not_exact_is_refused_with_the_reason(reason: str) -> None:
     machine = INEXACT[reason]
-    assert condensed(machine).machine == machine
+    assert condense(machine).machine == machine
     ((message, _),) = found_degeneracies(machine, CONDENSE)
     assert reason in message and "\n" not in message
 
@@ -225,14 +228,15 @@ def test_the_refusal_offers_it() -> None:
 @pytest.mark.parametrize("format_", [toml, par], ids=["toml", "par"])
 def test_scenes_survive_writing(format_) -> None:
     for static in ({"first": None, "last": None}, {"first": f("1e-6"), "last": f("-2*pi")}):
-        machine = replace(series(sigma=0), scene=Scene(static=static, condense=True, source="series.toml"))
-        again = format_.read(format_.write(machine), "series.toml").scene
+        machine = DescribedMachine.of(series(sigma=0))
+        machine = machine.asking(scene=Scene(static=static, condense=True, source="series.toml"))
+        again = format_.read(format_.write(machine), "series.toml").asked.scene
         assert again.static == static and again.condense
 
 
 def test_a_condensed_joint_cannot_be_static() -> None:
     scene = Scene(static={"first": None}, condense=True)
     with pytest.raises(InputError, match="scene, static, first: the joint is fixed"):
-        restricted(series(sigma=0), scene)
-    kept = restricted(series(sigma=0), replace(scene, static={"last": None}))
+        restrict(series(sigma=0), scene)
+    kept = restrict(series(sigma=0), replace(scene, static={"last": None}))
     assert [joint.name for joint in kept.static.values()] == ["last"]

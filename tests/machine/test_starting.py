@@ -6,12 +6,12 @@ import re
 
 import pytest
 
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.formats.toml.keys import OF_JOINTS, SECTIONS
+from symoro_elastic.formats.toml.starting import STARTS, starting_text
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.formats.starting import STARTS, starting_text
-from symoro_elastic.machine.formats.toml_keys import OF_JOINTS, SECTIONS
 from symoro_elastic.models.catalogue import MODELS, trace
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.models.packaging import reserved_words
 
 
 @pytest.mark.parametrize("kind", STARTS)

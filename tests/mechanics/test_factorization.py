@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.factorization import by_minimum_degree, factorization, solution
-from symoro_elastic.scalar import Scalar
 
 Rows = dict[int, dict[int, Fraction]]
 

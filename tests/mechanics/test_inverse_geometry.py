@@ -17,21 +17,23 @@ from numpy.typing import NDArray
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter, Spring
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.chain_joints import InverseRefused, first_dependent
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.model import Frame, TracedModel
-from symoro_elastic.packaging import package
+from symoro_elastic.models.packaging import package
 from symoro_elastic.symbolic.finite_field import Residue
 from symoro_elastic.symbolic.program import Input, Output, build
 from tests.generated_code import COMPILERS, imported
 from tests.references import multiprecision
 from tests.references.numbers_of_machine import numbers_of
+
+pytestmark = pytest.mark.sampled(5)
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 MODELS = {model.name: model for model in INVERSE_GEOMETRIC}
@@ -135,7 +137,7 @@ def arm(name: str) -> Machine:
 
 
 SOLUTIONS = {"rx90": 8, "puma560": 8, "planar_2r": 1} | {name: count for name, (_, count) in ARMS.items()}
-SIX = [name for name in SOLUTIONS if len(arm(name).moving) == 6]
+SIX = [name for name in SOLUTIONS if len(arm(name).independent) == 6]
 
 
 def values_of(machine: Machine) -> dict[str, float]:
@@ -213,20 +215,20 @@ def _screw(axis: int, angle: Any, shift: Any) -> Array:
 
 def difference(machine: Machine, q: Array, other: Array) -> Array:
     """Largest difference of two positions, angles modulo a turn."""
-    turns = np.array([machine.joints[j - 1].sigma == R for j in machine.moving])
+    turns = np.array([machine.joints[j - 1].sigma == R for j in machine.independent])
     return np.abs(np.where(turns, np.remainder(q - other + math.pi, 2 * math.pi) - math.pi, q - other)).max(-1)
 
 
 def random_positions(machine: Machine, count: int, seed: int = 0) -> Array:
     rng = np.random.default_rng(seed)
-    turns = [machine.joints[j - 1].sigma == R for j in machine.moving]
+    turns = [machine.joints[j - 1].sigma == R for j in machine.independent]
     return np.where(turns, rng.uniform(-3.1, 3.1, (count, len(turns))), rng.uniform(-1, 1, (count, len(turns))))
 
 
 def special_positions(machine: Machine, count: int, seed: int = 0) -> Array:
     """Quarter turns and a few other values, exact or disturbed by 1e-17 to 1e-2."""
     rng = np.random.default_rng(seed)
-    turns = [machine.joints[j - 1].sigma == R for j in machine.moving]
+    turns = [machine.joints[j - 1].sigma == R for j in machine.independent]
     shape = (count, len(turns))
     angles = rng.choice([0, math.pi / 2, -math.pi / 2, math.pi, 0.7, -2.1], size=shape)
     size = 10.0 ** rng.uniform(-17, -2, (count, 1)) * (rng.random((count, 1)) < 0.7)
@@ -251,14 +253,14 @@ def test_every_solution_places_the_frame_and_one_is_the_position_it_was_placed_f
     q0 = random_positions(machine, 400)
     T = direct(machine, q0)
     q, singularity = solve(_module(name, POSE, folder), machine, T)
-    assert q.shape == (400, SOLUTIONS[name], len(machine.moving))
+    assert q.shape == (400, SOLUTIONS[name], len(machine.independent))
     assert singularity.shape == (400, SOLUTIONS[name])
     assert np.nanmax(errors(machine, q, T)) < EXACT
     gap = np.nanmin(difference(machine, q, q0[:, None]), axis=1)
     assert gap.max() < 1e-7 and np.median(gap) < 1e-13
     assert (np.isfinite(q).all(-1) == np.isfinite(q).any(-1)).all()
     assert (np.isfinite(q).all(-1) == np.isfinite(singularity)).all()
-    turns = [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].sigma == R]
+    turns = [k for k, j in enumerate(machine.independent) if machine.joints[j - 1].sigma == R]
     assert np.nanmax(np.abs(q[..., turns]), initial=0) <= math.pi
 
 
@@ -476,6 +478,7 @@ def random_arm(seed: int) -> Machine:
     return machine_of(f"arm{seed}", [*rows, TOOL])
 
 
+@pytest.mark.thorough
 def test_random_arms_with_quarter_turns_and_odd_angles(folder: Path) -> None:
     solved, refused = 0, 0
     for seed in range(90):
@@ -579,7 +582,7 @@ def test_what_geometry_does_not_set_is_refused_and_can_be_locked(kind: Kind, fol
     machine = machine_of("springy", [(R, {}), (R, {"d": 0.5}), (R, {"d": 0.4}), (R, {"d": 0.1}), TOOL], {3: kind})
     error = _refused(machine)
     assert error.joint == 3 and kind.value in error.what and "lock it in a scene" in error.what
-    locked = restricted(machine, Scene(locked={"j3": Formula.parse("0.2")}))
+    locked = restrict(machine, Scene(locked={"j3": Formula.parse("0.2")}))
     q0 = random_positions(locked, 100)
     T = direct(locked, q0)
     q, _ = solve(_imported(locked, POSE, folder), locked, T)

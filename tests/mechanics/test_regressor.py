@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from mpmath import mpf
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Joint, Kind, Machine, Wrench
-from symoro_elastic.models.base_parameters import grouped
+from symoro_elastic.models.base_parameters import base_grouping
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.identification import IDENTIFICATION, linear_parameters
 from symoro_elastic.models.model import Result
@@ -22,6 +22,8 @@ from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.program import OperationCount, Output, build
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
+
+pytestmark = pytest.mark.sampled(6)
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 MODELS = {model.name: model for model in IDENTIFICATION}
@@ -34,7 +36,7 @@ def example(name: str) -> Machine:
 
 def run(machine: Machine, name: str, asked: tuple[int, ...] = ()) -> tuple[Bound, Result]:
     bound = Bound(machine)
-    (result,) = MODELS[name].run(bound, asked or machine.moving).values()
+    (result,) = MODELS[name].run(bound, asked or machine.independent).values()
     assert len(result.entries) == int(np.prod(result.shape))
     assert len(result.column_labels) == result.shape[-1] == len(set(result.column_labels))
     return bound, result
@@ -59,7 +61,7 @@ def numbers(bound: Bound, result: Result, *state: list[float]) -> tuple[Any, Any
 
 
 def a_state(machine: Machine, seed: int = 0) -> tuple[list[float], list[float], list[float]]:
-    q, qd, qdd = np.random.default_rng(seed).uniform(-1.5, 1.5, (3, len(machine.moving))).tolist()
+    q, qd, qdd = np.random.default_rng(seed).uniform(-1.5, 1.5, (3, len(machine.independent))).tolist()
     return q, qd, qdd
 
 
@@ -98,7 +100,7 @@ def test_regressor_times_parameters_is_torque(machine: Machine) -> None:
 
 @pytest.mark.parametrize("machine", VARIOUS[::3])
 def test_base_regressor_gives_the_same_torques(machine: Machine) -> None:
-    regrouped = grouped(machine).machine
+    regrouped = base_grouping(machine).machine
     state = a_state(machine, 1)
     Y, X = numbers(*run(machine, "regressor"), *state)
     Y_base, X_base = numbers(*run(regrouped, "regressor"), *state)
@@ -139,7 +141,7 @@ def energy(machine: Machine, q: list[float], qd: list[float]) -> Any:
 @pytest.mark.parametrize(("base", "products", "sums"), [(False, 766, 441), (True, 577, 336)])
 def test_regressor_of_rx90_is_shorter_than_that_of_opensymoro(base: bool, products: int, sums: int) -> None:
     machine = example("rx90.par")
-    found = count(grouped(machine).machine if base else machine, "regressor")
+    found = count(base_grouping(machine).machine if base else machine, "regressor")
     assert found.products <= products
     assert found.add <= sums
 
@@ -150,10 +152,10 @@ def test_columns_have_the_names_of_the_machine() -> None:
     assert general.shape == (6, 55)
     assert general.column_labels[:4] == ("ZZ1", "IA1", "XX2", "XY2")
     assert "M1" not in general.column_labels and "M2" not in general.column_labels
-    _, base = run(grouped(machine).machine, "regressor")
+    _, base = run(base_grouping(machine).machine, "regressor")
     assert base.shape == (6, 40)
     assert base.column_labels[:3] == ("ZZR1", "XXR2", "XY2")
-    assert base.column_labels == tuple(parameter.name for parameter in grouped(machine).parameters)
+    assert base.column_labels == tuple(parameter.name for parameter in base_grouping(machine).parameters)
 
 
 def test_every_kind_of_column() -> None:
@@ -175,7 +177,7 @@ def test_base_parameters_are_a_model_of_the_parameters_alone() -> None:
     values = {p.name: p.value.value() for p in machine.parameters if p.value}
     arithmetic = multiprecision(50)
     value = evaluate(result.entries, {name: arithmetic.number(x) for name, x in values.items()}, arithmetic)
-    wanted = grouped(machine).values(values)
+    wanted = base_grouping(machine).values(values)
     for label, x in zip(result.column_labels, result.entries, strict=True):
         assert float(value(x)) == pytest.approx(wanted[label], rel=1e-14, abs=1e-15)
 

@@ -132,7 +132,7 @@ def inertia(described: Machine, given: Mapping[str, Sequence[Any]], symbols: Map
     program = trace(described, "inertia_matrix").program
     entries = {s: exact(x) for i in program.inputs for s, x in zip(i.symbols, given[i.name], strict=True)}
     found = values_of(program, {**symbols, **entries})["A"]
-    n = 6 + len(described.moving)
+    n = 6 + len(described.independent)
     return np.array(found, dtype=object).reshape(n, n)
 
 
@@ -156,7 +156,7 @@ def test_implicit_systems_of_trees(motors: Motors) -> None:
     with mpmath.workdps(DIGITS):
         q, qd, _ = random_state(described, 2)
         given = sides(given_numbers(described, q, qd, 2), 20)
-        rows = [reference._read(described, None).joints[j - 1] for j in described.moving]
+        rows = [reference._read(described, None).joints[j - 1] for j in described.independent]
         K = [row.stiffness * (row.kind is Kind.ELASTIC) for row in rows]
         D = [row.damping * (row.kind is Kind.ELASTIC) + slope(row, x) for row, x in zip(rows, qd, strict=True)]
         entries = list(described.motor_entries)
@@ -172,7 +172,7 @@ def test_implicit_systems_of_trees(motors: Motors) -> None:
 def test_implicit_systems_of_coupled_joints() -> None:
     """A differential: S and g K are those that its system has on a fixed base, from all unit right sides."""
     fixed, state = creeping(coupled_machine("differential")), situations("differential")[0].state
-    described, n = on(fixed), len(fixed.moving)
+    described, n = on(fixed), len(fixed.independent)
     with mpmath.workdps(DIGITS):
         given = sides(given_numbers(described, state.u, [0] * n, 3), 30)
         symbols = {p.name: p.value.evaluate({}, {}, exact) for p in described.parameters if p.value}

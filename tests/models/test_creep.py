@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine
@@ -58,7 +58,7 @@ def test_derivatives_by_velocities_are_differences(described: Machine, name: str
 
 @pytest.mark.parametrize("described", MACHINES, ids=lambda one: one.name)
 def test_damping_of_linear_models_holds_the_slope(described: Machine) -> None:
-    q, qd, qdd = random_state(described, 5)[0], random_state(described, 5)[1], [0.3] * len(described.moving)
+    q, qd, qdd = random_state(described, 5)[0], random_state(described, 5)[1], [0.3] * len(described.independent)
     found = numbers(described, "linearization", [q, qd, qdd])["D"]
     assert_close(found, differences(lambda x: forces(described, q, x, qdd), qd), EXACT)
 

@@ -10,15 +10,17 @@ from pathlib import Path
 import mpmath
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import found_degeneracies, generate, refuse_degenerate
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.degenerate import degeneracies
-from symoro_elastic.pipeline import found_degeneracies, generate, refuse_degenerate
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
+
+pytestmark = pytest.mark.sampled(6)
 
 ROOT = Path(__file__).parents[2]
 PRINTED = ROOT / "examples" / "two_axis_printed.par"
@@ -82,7 +84,7 @@ def inertia_is_singular(machine: Machine, seed: int = 0) -> bool:
     source = random.Random(seed)
     with mpmath.workdps(50):
         matrix = mpmath.matrix(
-            reference.inertia_matrix(machine, [source.uniform(-2, 2) for _ in machine.moving], VALUES)
+            reference.inertia_matrix(machine, [source.uniform(-2, 2) for _ in machine.independent], VALUES)
         )
         scale = mpmath.fprod([max(abs(x) for x in matrix[k, :]) or 1 for k in range(matrix.rows)])
         return abs(mpmath.det(matrix)) < mpmath.mpf(10) ** -40 * scale
@@ -168,7 +170,7 @@ def test_nearly_the_same_axis_is_no_alarm(seed: int) -> None:
         (Row(), Kind.ELASTIC, sigma, Body()),
         (row, Kind.FIXED, 2, Body()),
         (other, Kind.ELASTIC, sigma, HEAVY),
-    ]
+    ]  # fmt: skip
     assert blamed(serial(*rows)) == []
     assert blamed(serial(rows[0], rows[1], (row.undone(), Kind.ELASTIC, sigma, HEAVY))) == [(1, (1, 3))]
 

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
+from typing import Any
 
 import mpmath
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import refuse_degenerate
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Body, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.degenerate import degeneracies
-from symoro_elastic.pipeline import refuse_degenerate
 from tests.closed_chains.machines import FILES, machine, situations
+from tests.references.closed_chains import State
 from tests.references.constraint_multipliers import Multipliers
+from tests.references.stored import stored
+
+pytestmark = pytest.mark.sampled(5)
 
 
 def without_inertia(whole: Machine, joints: set[int]) -> Machine:
@@ -27,17 +32,21 @@ def without_inertia(whole: Machine, joints: set[int]) -> Machine:
 
 def directions(whole: Machine, name: str) -> int:
     """Dimension of the null space of the inertia matrix of the reference, at the state where it is smallest."""
-    found = []
-    for situation in situations(name)[:2]:
-        with mpmath.workdps(70):
-            A = mpmath.matrix(Multipliers(whole, situation.state).inertia().tolist())
-            scale = [mpmath.sqrt(abs(A[k, k])) or mpmath.mpf(1) for k in range(A.rows)]
-            scaled = mpmath.matrix(A.rows, A.cols)
-            for m in range(A.rows):
-                for n in range(A.cols):
-                    scaled[m, n] = A[m, n] / (scale[m] * scale[n])
-            found.append(sum(abs(x) < mpmath.mpf(10) ** -40 for x in mpmath.eigsy(scaled, eigvals_only=True)))
-    return min(found)
+    states = [situation.state for situation in situations(name)[:2]]
+    given = [(s.u, s.ud, [list(pair) for pair in sorted(s.guess.items())]) for s in states]
+    return min(stored(null_space, whole, *state, digits=70) for state in given)
+
+
+def null_space(whole: Machine, u: list[float], ud: list[float], guess: list[list[Any]]) -> int:
+    """Dimension of the null space of the inertia matrix of the reference at a state."""
+    with mpmath.workdps(70):
+        A = mpmath.matrix(Multipliers(whole, State(u, ud, dict(guess))).inertia().tolist())
+        scale = [mpmath.sqrt(abs(A[k, k])) or mpmath.mpf(1) for k in range(A.rows)]
+        scaled = mpmath.matrix(A.rows, A.cols)
+        for m in range(A.rows):
+            for n in range(A.cols):
+                scaled[m, n] = A[m, n] / (scale[m] * scale[n])
+        return sum(abs(x) < mpmath.mpf(10) ** -40 for x in mpmath.eigsy(scaled, eigvals_only=True))
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -10,17 +10,21 @@ import pytest
 from click.testing import CliRunner
 
 from symoro_elastic.cli import cli
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import par, toml
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import Asked, Scene
+from symoro_elastic.machine.scene import RequestedPart, Scene
 from symoro_elastic.models.catalogue import TracedModel, trace_scene
-from symoro_elastic.numerics.verify import verify
+from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import FLOATS
 from tests.generated_code import imported
 from tests.models.test_scenes import results, state_of, symbols
 from tests.references.random_machines import chain, planar_2r, random_machine, two_children
+
+pytestmark = pytest.mark.sampled(5)
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TWO_R = EXAMPLES / "planar_2r.toml"
@@ -72,7 +76,7 @@ def test_parameters_by_name(machine: Machine, name: str) -> None:
 @pytest.mark.parametrize("machine", VARIOUS)
 def test_variables_by_name(machine: Machine, name: str) -> None:
     """An argument, an entry of another one, and the rows of one joint: what is left out has no result."""
-    last = machine.moving[-1]
+    last = machine.independent[-1]
     variable, row = str(machine.joints[last - 1].variable), machine.joints[last - 1].name
     whole, part = traced(machine, name), traced(machine, name, f"{row} by qd", f"by {variable}")
     values = symbols(machine, state_of(machine, 2), FLOATS)
@@ -80,7 +84,7 @@ def test_variables_by_name(machine: Machine, name: str) -> None:
     assert set(some) == {of for of in full if of.endswith(("_dq", "_dqd"))}
     for of, entries in some.items():
         rows = [whole.rows[of].index(j) for j in part.rows[of]]
-        wanted = full[of][rows] if of.endswith("_dqd") else full[of][rows][:, [machine.moving.index(last)]]
+        wanted = full[of][rows] if of.endswith("_dqd") else full[of][rows][:, [machine.independent.index(last)]]
         np.testing.assert_allclose(entries.astype(float), wanted.astype(float), rtol=1e-9, atol=1e-9)
     assert part.results[next(of for of in some if of.endswith("_dq"))].column_labels == (variable,)
     assert cost(part) < cost(whole)
@@ -167,12 +171,12 @@ def test_names_that_a_scene_has_taken_away() -> None:
 
 @pytest.mark.parametrize("text", ["by M1, K2", "tool by M1", "tool at (0, 0, 1) in base"])
 def test_words(text: str) -> None:
-    assert str(Asked.parse(text.replace(" by ", "  by  ").replace(", ", " ,  "))) == text.replace(" ,  ", ", ")
+    assert str(RequestedPart.parse(text.replace(" by ", "  by  ").replace(", ", " ,  "))) == text.replace(" ,  ", ", ")
 
 
 @pytest.mark.parametrize("file_format", [toml, par])
 def test_files_keep_the_columns(file_format: Any) -> None:
     scene = Scene((DIRECT_BY_P,), {DIRECT_BY_P: ("joint2 by M1, K2",)})
     machine = planar_2r(elastic=(2,))
-    again = file_format.read(file_format.write(Machine(**{**vars(machine), "scene": scene})), "a")
-    assert again.scene.outputs == scene.outputs
+    again = file_format.read(file_format.write(DescribedMachine.of(machine).asking(scene=scene)), "a")
+    assert again.asked.scene.outputs == scene.outputs

@@ -13,7 +13,9 @@ import pytest
 from mpmath import mp, mpf, workdps
 
 from symoro_elastic.codegen.latex import solution
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.generation.pipeline import programs, refuse_degenerate
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Kind, Machine
 from symoro_elastic.machine.scene import ALL, Scene
@@ -22,12 +24,10 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.model import Result
-from symoro_elastic.numerics.verify import verify
-from symoro_elastic.output_folder import write_files
-from symoro_elastic.pipeline import programs, refuse_degenerate
-from symoro_elastic.reports.page import html_page
+from symoro_elastic.numerics.verification.verify import verify
+from symoro_elastic.pages.equations.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
-from symoro_elastic.symbolic.differentiation import Differentiation, substituted
+from symoro_elastic.symbolic.differentiation import Differentiation, substitute
 from symoro_elastic.symbolic.expression import Graph, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
 from symoro_elastic.symbolic.operations import ATAN2, SIGN, SQRT, SYMBOL
@@ -37,6 +37,8 @@ from tests.generated_code import COMPILERS, compiled, rendered
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, random_state
 
+pytestmark = pytest.mark.sampled(5)
+
 INVERSE, DIRECT, INVERSE_BY_P, DIRECT_BY_P, _ = (model.name for model in DERIVATIVES)
 ARGUMENTS = {"dq": 0, "dqd": 1, "dqdd_motor": 2, "dtau": 2}
 STEP, EXACT, ROUNDED = "1e-16", 1e-24, 2e-13
@@ -44,13 +46,13 @@ Array = np.ndarray[Any, Any]
 
 
 def results(machine: Machine, name: str, folded: Sequence[str] = ()) -> dict[str, Result]:
-    return MODELS[name].run(Bound(machine, folded), machine.moving)
+    return MODELS[name].run(Bound(machine, folded), machine.independent)
 
 
 def numbers(machine: Machine, name: str, state: Sequence[Sequence[Any]]) -> dict[str, Array]:
     """Every result at a state, in 50 digits."""
     arithmetic, bound = multiprecision(50), Bound(machine)
-    traced = MODELS[name].run(bound, machine.moving)
+    traced = MODELS[name].run(bound, machine.independent)
     symbols = {p.name: p.value.evaluate({}, {}, arithmetic.number) for p in machine.parameters if p.value}
     arguments = [bound.arguments()[argument] for argument in MODELS[name].arguments]
     for entries, given in zip(arguments, state, strict=True):
@@ -85,7 +87,7 @@ def wanted(machine: Machine, name: str, of: str, state: Sequence[Any], values: A
     if name in (DIRECT, DIRECT_BY_P):
         return reference.direct_dynamics(machine, *state, values)
     tau, qdd = reference.inverse_dynamics(machine, *state, values)
-    motors = [machine.joints[j - 1].kind is Kind.MOTOR for j in machine.moving]
+    motors = [machine.joints[j - 1].kind is Kind.MOTOR for j in machine.independent]
     return tau if of == "dtau" else [x for x, motor in zip(qdd, motors, strict=True) if not motor]
 
 
@@ -192,6 +194,7 @@ def nodes(machine: Machine, name: str, fold: bool = False) -> int:
     return sum(x.operation in "+-*/" and x.operation != SYMBOL for x in expressions)
 
 
+@pytest.mark.thorough
 def test_long_chains_are_solved_by_recursion(monkeypatch: pytest.MonkeyPatch) -> None:
     machine, state = chain(6), random_state(chain(6), 1)
     short = numbers(machine, DIRECT, state)
@@ -330,4 +333,4 @@ def test_substitution() -> None:
     graph = Graph()
     x, y = graph.symbol("x"), graph.symbol("y")
     made = [x * y - graph.node(SQRT, x), y, 3]
-    assert substituted(graph, made, {"x": y + 1}) == [(y + 1) * y - graph.node(SQRT, y + 1), y, 3]
+    assert substitute(graph, made, {"x": y + 1}) == [(y + 1) * y - graph.node(SQRT, y + 1), y, 3]

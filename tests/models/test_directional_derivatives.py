@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.freed import freed
+from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, trace_of
@@ -15,7 +15,7 @@ from symoro_elastic.models.directional_derivatives import directional_derivative
 from symoro_elastic.models.tracing import Trace
 from symoro_elastic.numerics.closed_positions import Followed
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
-from tests.fmu.machines import assembled, elastic_arm, four_bar
+from tests.generation.fmu.machines import assembled, elastic_arm, four_bar
 
 DIRECT = "direct_dynamics"
 STATE = {"q": "dq", "qd": "dqd", "tau": "dtau"}
@@ -23,7 +23,7 @@ STATE = {"q": "dq", "qd": "dqd", "tau": "dtau"}
 
 def traced(bound: Bound, name: str) -> Trace:
     model = MODELS[name]
-    return trace_of(model, bound, model.run(bound, bound.machine.moving))
+    return trace_of(model, bound, model.run(bound, bound.machine.independent))
 
 
 def numbers(trace: Trace, values: Mapping[str, float]) -> list[np.ndarray]:
@@ -35,12 +35,12 @@ def state_of(bound: Bound, source: np.random.Generator) -> dict[str, float]:
     """A position on which loops are closed, velocities, torques and the machine's parameters, by symbol."""
     machine, names = bound.machine, bound.arguments()
     parameters = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
-    q = 0.1 * source.uniform(-1, 1, len(machine.moving))
+    q = 0.1 * source.uniform(-1, 1, len(machine.independent))
     if machine.loops:
         start = {name: x.value(parameters) for loop in machine.loops for name, x in loop.start.items()}
-        q += [start.get(str(joint.variable), 0.0) for joint in machine.moving_joints]
+        q += [start.get(str(joint.variable), 0.0) for joint in machine.independent_joints]
     found = dict(zip(names["q"], q, strict=True))
-    if bound.takes_dependent:
+    if bound.assembled:
         (closed,) = Followed(machine, parameters).at(q[None])
         found |= dict(zip(names["q_dep"], closed, strict=True))
     for name in ("qd", "tau"):
@@ -50,9 +50,9 @@ def state_of(bound: Bound, source: np.random.Generator) -> dict[str, float]:
 
 @pytest.mark.parametrize("machine", [elastic_arm, four_bar, assembled], ids=lambda one: one.__name__)
 def test_directional_derivatives_are_columns_times_seeds(machine: Callable[[], Machine]) -> None:
-    described = freed(machine(), ("bodies", "springs"), {})
+    described = with_free_numbers(machine(), ("bodies", "springs"), {})
     bound = Bound(described)
-    assert bound.takes_dependent == (machine is assembled)
+    assert bool(bound.assembled) == (machine is assembled)
     along = directional_derivative(bound, traced(bound, DIRECT))
     source = np.random.default_rng(5)
     state = state_of(bound, source)

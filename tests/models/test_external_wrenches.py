@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.simulation.prediction.samples import slopes
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import verify
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.model_ladder.samples import slopes
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.pipeline import verify
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from tests.analysis.ladder.scenes import random_springs
 from tests.closed_chains.machines import machine as closed_chain
 from tests.closed_chains.machines import situations
-from tests.model_ladder.scenes import random_springs
 from tests.models.test_creep import creeping
 
 STATES = 3
@@ -36,7 +36,7 @@ def tree() -> tuple[Machine, tuple[str, ...]]:
 def test_they_act_by_the_transposed_jacobian() -> None:
     """Accelerations A^-1 (Gamma + J^T w - H), torques of motors less J^T w, stiffness less its derivative."""
     machine, frames = tree()
-    rng, n, motors = np.random.default_rng(1), len(machine.moving), list(machine.motor_entries)
+    rng, n, motors = np.random.default_rng(1), len(machine.independent), list(machine.motor_entries)
     q, qd, qdd, w = (rng.normal(size=(STATES, k)) for k in (n, n, n, 12))
     tau, driven = rng.normal(size=(2, STATES, len(motors)))
     plain = numpy_model(machine, (*MODELS, "jacobian"), {"jacobian": tuple(f"{frame} in base" for frame in frames)})
@@ -63,6 +63,7 @@ def test_they_act_by_the_transposed_jacobian() -> None:
     close(K, bare - slopes(forces, q), 1e-9)
 
 
+@pytest.mark.thorough
 def test_machines_whose_loops_are_assembled() -> None:
     """Virtual work of the wrench: A qdd changes by J^T w."""
     machine = creeping(closed_chain("ring"))
@@ -88,7 +89,7 @@ def test_generated_code_under_them_is_verified() -> None:
 def test_they_are_zero_in_linear_analyses() -> None:
     """Modes and responses of a scene that names frames are those without."""
     machine, frames = tree()
-    q, rest = np.full(len(machine.moving), 0.2), np.zeros(len(machine.moving))
+    q, rest = np.full(len(machine.independent), 0.2), np.zeros(len(machine.independent))
     pushed = under_forces(machine, frames)
     with_them, without = (EquationsOfMotion(one).forces(q, rest, rest) for one in (pushed, machine))
     np.testing.assert_array_equal(with_them, without)
@@ -106,7 +107,7 @@ def test_models_that_no_wrench_changes_do_not_take_them() -> None:
         (("tol",), "scene, forces: no frame 'tol'"),
         (("joint3 in base",), "wrenches are in axes of frame 0: name a frame"),
         (("joint3 at (0, 1)",), "a point has three coordinates"),
-        (("joint3 at (0, 1, L9)",), "'L9' is no parameter of the machine"),
+        (("joint3 at (0, 1, L9)",), "'L9' is not a parameter of the machine"),
         (("joint3", "joint3"), "joint3 is named twice"),
     ],
 )

@@ -13,17 +13,17 @@ import pytest
 from mpmath import mp, mpf, workdps
 
 from symoro_elastic.codegen.latex import solution
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_folder import write_files
+from symoro_elastic.generation.pipeline import generate, programs, render
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Parameter, Spring
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.output_folder import write_files
-from symoro_elastic.pipeline import generate, programs, render
-from symoro_elastic.reports.page import html_page
+from symoro_elastic.pages.equations.page import html_page
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
@@ -31,6 +31,8 @@ from symoro_elastic.symbolic.time_series import TimeSeries
 from tests.generated_code import COMPILERS, call, compiled, imported
 from tests.references.multiprecision import generalized_forces
 from tests.references.random_machines import WEIGHT, chain, first_joint_elastic, random_machine
+
+pytestmark = pytest.mark.sampled(5)
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FLEX4, TWO_AXIS = EXAMPLES / "flex4.par", EXAMPLES / "two_axis.toml"
@@ -90,7 +92,7 @@ def worst_residual(machine: Machine) -> tuple[float, int]:
     q is differentiated along the motion by differences, and all torques come from another method.
     """
     values, traced = parameter_values(machine, 3), trace(machine, "feed_forward")
-    motors = [j for j in machine.moving if machine.joints[j - 1].kind is Kind.MOTOR]
+    motors = [j for j in machine.independent if machine.joints[j - 1].kind is Kind.MOTOR]
     with workdps(DIGITS):
         t, h = mpf(AT), mpf(STEP)
         before, now, after = (results(traced, swinging(len(motors)), at, values) for at in (t - h, t, t + h))
@@ -100,7 +102,7 @@ def worst_residual(machine: Machine) -> tuple[float, int]:
         tau = iter(now["tau"])
         given = [
             next(tau) if j in motors else spring_torque(machine.joints[j - 1], q, values)
-            for j, q in zip(machine.moving, now["q"], strict=True)
+            for j, q in zip(machine.independent, now["q"], strict=True)
         ]
         scale = max(1, *map(abs, asked))
         off = [abs(a - b) / scale for a, b in zip(asked, given, strict=True)]
@@ -234,7 +236,7 @@ def test_all_equations_of_motion_are_met(seed: int) -> None:
     """Trees with springs behind some motors: slides, turns, both senses, friction, wrenches, fixed frames."""
     kinds = (Kind.MOTOR, Kind.FIXED) if seed % 2 else (Kind.MOTOR,)
     rigid = random_machine(seed, joints=2 + seed % 4, kinds=kinds, branching=0.3, prismatic=0.4, symbolic=seed % 3 == 0)
-    motors = [j for j in rigid.moving if (j + seed) % 3]
+    motors = [j for j in rigid.independent if (j + seed) % 3]
     machine = with_springs(rigid, motors, seed)
     residual, needed = worst_residual(machine)
     assert residual < EXACT
@@ -247,7 +249,7 @@ def test_the_two_axis_machine_with_locked_supports(tmp_path: Path) -> None:
     free = ("motor_x", "motor_y", "y_chain_1", "ram", "tool")
     locked = {joint.name: ZERO for joint in machine.joints if joint.name not in free}
     scene = Scene(models=("feed_forward",), locked=locked)
-    residual, needed = worst_residual(restricted(machine, scene))
+    residual, needed = worst_residual(restrict(machine, scene))
     assert residual < EXACT and needed == 6
     made = generate(machine, scene, ("numpy",), tmp_path)
     assert made.whole == made.models
@@ -331,7 +333,7 @@ def refusals() -> list[tuple[str, Machine, str]]:
         ("first", first_joint_elastic(3), r"joint 1 .*vibrates by itself"),
         ("no motor", changed(drive(1, 0), 1, kind=Kind.PASSIVE), "there is no motor"),
         ("moved", replace(one, base=Base(angular_velocity=(ZERO, ZERO, cell("1")))), "base: .*base at rest"),
-        ("long", drive(1, 6), r"joint 7 .*14 derivatives, at most 12"),
+        ("long", drive(1, 6), r"joint 7 .*14 derivatives of its motion are needed, at most 12"),
     ]
 
 
@@ -346,7 +348,7 @@ def test_two_springs_behind_one_motor() -> None:
     """Side by side, neither tells what the motor must do."""
     one = drive(1, 1)
     twin = replace(one.joints[1], name="twin", variable="twin")
-    with pytest.raises(InputError, match=r"joint 2 .*not the one spring"):
+    with pytest.raises(InputError, match=r"joint 2 .*not the single spring"):
         trace(replace(one, joints=(*one.joints, twin)), "feed_forward")
 
 

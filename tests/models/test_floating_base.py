@@ -12,17 +12,18 @@ import mpmath
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import found_degeneracies
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats import par, toml
 from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.machine import Base, Body, Floating, Given, Joint, Kind, Machine, Orientation
+from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, KnownOfBase, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.mechanics.floating_base import rotation_of
+from symoro_elastic.mechanics.base_body import rotation_of
 from symoro_elastic.models.catalogue import MODELS, trace
 from symoro_elastic.models.static_deflections import STATIC_SPRINGS
-from symoro_elastic.numerics.verify import verify
-from symoro_elastic.pipeline import found_degeneracies
+from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.compiled_models import Array, Built, built, cell, vector, worst
 from tests.references.random_machines import ALL_KINDS, chain, random_machine, random_state, two_children
@@ -31,11 +32,14 @@ TOLERANCE = 1e-12
 XX, XY, XZ, YY, YZ, ZZ = (cell(x) for x in (0.9, 0.05, -0.1, 1.1, 0.07, 1.3))
 HULL = Body(cell(7.5), vector(0.6, -0.4, 0.9), (XX, XY, XZ, YY, YZ, ZZ))
 OFFERED = tuple(name for name, model in MODELS.items() if model.on_base is not None)
-BOTH = (Given.WRENCH, Given.ACCELERATION)
+BOTH = (KnownOfBase.WRENCH, KnownOfBase.ACCELERATION)
 
 
 def on(
-    machine: Machine, known: Given = Given.WRENCH, body: Body = HULL, turned: Orientation = Orientation.ROTATION
+    machine: Machine,
+    known: KnownOfBase = KnownOfBase.WRENCH,
+    body: Body = HULL,
+    turned: Orientation = Orientation.ROTATION,
 ) -> Machine:
     """The machine on a floating base; the base of its file keeps its gravity."""
     return replace(machine, floating=Floating(turned, known, body), base=Base(machine.base.gravity))
@@ -80,7 +84,7 @@ def test_against_pinocchio(seed: int, tmp_path: Path) -> None:
         codes and on(machine), pinocchio.BaseState(R, *moved), state["q"], state["qd"], state["qdd_motor"]
     )
     at = asked(state, "q", "qd") | asked(base, "V0", "Q0" if seed % 2 else "R0")
-    for free, driven in zip(runs(codes[Given.WRENCH]), runs(codes[Given.ACCELERATION]), strict=True):
+    for free, driven in zip(runs(codes[KnownOfBase.WRENCH]), runs(codes[KnownOfBase.ACCELERATION]), strict=True):
         assert worst(free("inertia_matrix", q=state["q"])[0], A) < TOLERANCE
         tau, _, f0 = driven("inverse_dynamics", **at, qdd_motor=state["qdd_motor"], V0d=base["V0d"])
         assert worst([*f0, *tau], forces) < TOLERANCE
@@ -176,7 +180,7 @@ def test_a_base_that_is_held_is_fixed(tmp_path: Path) -> None:
     machine = random_machine(5, joints=7)
     state = joint_state(machine, 5)
     fixed = built(machine, tmp_path / "fixed")
-    held = built(on(machine, Given.ACCELERATION), tmp_path / "held")
+    held = built(on(machine, KnownOfBase.ACCELERATION), tmp_path / "held")
     at = asked(state, "q", "qd") | {"R0": np.eye(3).ravel(), "V0": np.zeros(6), "V0d": np.zeros(6)}
     for name, known in (("direct_dynamics", "tau"), ("inverse_dynamics", "qdd_motor")):
         wanted = fixed.c(name, **asked(state, "q", "qd", known))
@@ -185,6 +189,7 @@ def test_a_base_that_is_held_is_fixed(tmp_path: Path) -> None:
                 assert worst(x, y) < TOLERANCE
 
 
+@pytest.mark.thorough
 def test_a_heavy_base_hardly_moves(tmp_path: Path) -> None:
     """The results of the fixed base, springs included, to one part in as many as the base is heavier."""
     machine = random_machine(3, joints=6)
@@ -209,7 +214,7 @@ def test_a_base_that_moves_as_the_file_says(tmp_path: Path) -> None:
     V0 = [*given["velocity"], *given["angular_velocity"]]
     V0d = [*given["acceleration"], *given["angular_acceleration"]]
     wanted = built(machine, tmp_path / "file").c("direct_dynamics", **asked(state, "q", "qd", "tau"))[0]
-    code = built(on(machine, Given.ACCELERATION), tmp_path / "arguments")
+    code = built(on(machine, KnownOfBase.ACCELERATION), tmp_path / "arguments")
     for run in code.both():
         qdd = run("direct_dynamics", **asked(state, "q", "qd", "tau"), R0=np.eye(3).ravel(), V0=V0, V0d=V0d)[0]
         assert worst(qdd, wanted) < TOLERANCE
@@ -311,10 +316,11 @@ def test_energy_is_conserved(tmp_path: Path) -> None:
 # The journey
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("known", BOTH)
-def test_every_model_is_checked(known: Given) -> None:
+def test_every_model_is_checked(known: KnownOfBase) -> None:
     """Generated C and numpy against A and H solved in 50 digits."""
-    machine = on(random_machine(1, joints=4), known, turned=tuple(Orientation)[known == Given.WRENCH])
+    machine = on(random_machine(1, joints=4), known, turned=tuple(Orientation)[known == KnownOfBase.WRENCH])
     rigid = {*OFFERED} - {model.name for model in STATIC_SPRINGS}
     models = tuple(name for name in OFFERED if name in rigid and not MODELS[name].columns)
     models = tuple(name for name in models if not {*"TP"} & {*MODELS[name].arguments})
@@ -324,7 +330,7 @@ def test_every_model_is_checked(known: Given) -> None:
 
 @pytest.mark.parametrize("turned", Orientation)
 @pytest.mark.parametrize("known", BOTH)
-def test_files_keep_the_base(known: Given, turned: Orientation) -> None:
+def test_files_keep_the_base(known: KnownOfBase, turned: Orientation) -> None:
     machine = on(chain(3), known, replace(HULL, mass=cell("M2")), turned)
     for file_format in (toml, par):
         again = file_format.read(file_format.write(machine), machine.source)
@@ -339,7 +345,7 @@ def test_a_par_of_symoro_with_a_floating_base() -> None:
     assert found.floating == Floating(body=Body(cell("M0"), inertia=(*(ZERO,) * 5, cell(3))))
     assert found.joints[0].body.mass == cell("M1") and [p.name for p in found.parameters] == ["ZZ1", "M1", "M0"]
     assert par.read(text.replace("is_floating", "is_mobile"), "boat.par").floating == replace(
-        found.floating, known=Given.ACCELERATION
+        found.floating, known=KnownOfBase.ACCELERATION
     )
 
 
@@ -368,13 +374,13 @@ def test_bad_toml(text: str, place: str, what: str) -> None:
 @pytest.mark.parametrize(
     ("text", "place", "what"),
     [
-        ("is_floating = 1\nis_mobile = 1", "is_mobile", "one of both"),
+        ("is_floating = 1\nis_mobile = 1", "is_mobile", "one of the two"),
         ("is_mobile = maybe", "is_mobile", "0 or 1"),
         ("is_floating = 1\nFX = {1, 0}", "base, FX", "write 0"),
         ("is_floating = 1\nM = {1, 2, 3}", "M", "has 3 entries"),
         ("is_floating = 0\nM = {1, 2}", "M", "has 2 entries"),
-        ("(*! orientation = rotation *)", "(*! orientation *)", "is_floating = 1"),
-        ("is_floating = 1\n(*! orientation = euler *)", "(*! orientation *)", "quaternion"),
+        ("(*! orientation = rotation *)", "base, floating", "is_floating = 1"),
+        ("is_floating = 1\n(*! orientation = euler *)", "base, floating", "quaternion"),
     ],
 )
 def test_bad_par(text: str, place: str, what: str) -> None:
@@ -391,7 +397,7 @@ def test_a_base_that_meets_no_inertia_is_refused() -> None:
     [(message, place)] = found_degeneracies(machine, Scene())
     assert place == "base" and "give it a body" in message
     assert not found_degeneracies(on(machine), Scene())
-    assert not found_degeneracies(on(machine, Given.ACCELERATION, Body()), Scene())
+    assert not found_degeneracies(on(machine, KnownOfBase.ACCELERATION, Body()), Scene())
 
 
 @pytest.mark.parametrize("name", sorted(set(MODELS) - set(OFFERED)))

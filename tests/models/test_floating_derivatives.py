@@ -9,21 +9,23 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.latex import solution
-from symoro_elastic.machine.machine import Given, Kind, Machine, Orientation
+from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.machine.machine import Kind, KnownOfBase, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.mechanics.base_body import rotation_of
 from symoro_elastic.mechanics.derivatives import accelerations as acceleration_derivatives
-from symoro_elastic.mechanics.floating_base import rotation_of
 from symoro_elastic.models.catalogue import TracedModel, trace, trace_scene
 from symoro_elastic.models.derivatives import DERIVATIVES
-from symoro_elastic.numerics.verify import verify
-from symoro_elastic.pipeline import programs
-from symoro_elastic.reports.page import html_page
+from symoro_elastic.numerics.verification.verify import verify
+from symoro_elastic.pages.equations.page import html_page
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.benchmarks.machines import chain as long_chain
 from tests.benchmarks.machines import rigid
 from tests.models.test_derivatives import assert_close, nodes
 from tests.models.test_floating_base import BOTH, base_state, exact_state, joint_state, on, quaternion_product
 from tests.references.random_machines import chain, planar_2r, random_machine, two_children
+
+pytestmark = pytest.mark.sampled(5)
 
 INVERSE, DIRECT, INVERSE_BY_P, DIRECT_BY_P, _ = (model.name for model in DERIVATIVES)
 STEP, CLOSE = mpmath.mpf("1e-16"), 1e-24
@@ -75,9 +77,9 @@ MACHINES = [
 @pytest.mark.parametrize("known", BOTH)
 @pytest.mark.parametrize("name", [INVERSE, DIRECT])
 @pytest.mark.parametrize("k", range(len(MACHINES)))
-def test_derivatives_are_differences(k: int, name: str, known: Given) -> None:
+def test_derivatives_are_differences(k: int, name: str, known: KnownOfBase) -> None:
     """By pose, velocity and acceleration of the base or the wrench on it, and by all that joints have."""
-    machine = on(MACHINES[k], known, turned=tuple(Orientation)[(k + (known is Given.WRENCH)) % 2])
+    machine = on(MACHINES[k], known, turned=tuple(Orientation)[(k + (known is KnownOfBase.WRENCH)) % 2])
     model = name.removesuffix("_derivatives")
     with mpmath.workdps(50):
         state = exact_state(machine, k)
@@ -158,7 +160,7 @@ def assert_blocks(machine: Machine, name: str, state: Any, *wanted: Any) -> None
 
 @pytest.mark.parametrize("turned", Orientation)
 @pytest.mark.parametrize("known", BOTH)
-def test_parameters_are_differences(known: Given, turned: Orientation) -> None:
+def test_parameters_are_differences(known: KnownOfBase, turned: Orientation) -> None:
     """Lengths, masses, springs, gravity: every parameter of a small machine, the body of the base included."""
     machine = on(planar_2r(elastic=(2,)), known, turned=turned)
     values = {p.name: mpmath.mpf(k) / 7 + 1 for k, p in enumerate(machine.parameters)}
@@ -190,16 +192,17 @@ def test_long_chains_are_solved_by_recursion(monkeypatch: pytest.MonkeyPatch) ->
             assert_close(entries, short[of], 1e-30)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "known", "most"),
     [
-        (INVERSE, Given.ACCELERATION, 1.15),
-        (INVERSE, Given.WRENCH, 1.95),
-        (DIRECT, Given.WRENCH, 1.75),
-        (DIRECT, Given.ACCELERATION, 1.45),
+        (INVERSE, KnownOfBase.ACCELERATION, 1.15),
+        (INVERSE, KnownOfBase.WRENCH, 1.95),
+        (DIRECT, KnownOfBase.WRENCH, 1.75),
+        (DIRECT, KnownOfBase.ACCELERATION, 1.45),
     ],
 )
-def test_a_base_adds_less_the_more_joints_there_are(name: str, known: Given, most: float) -> None:
+def test_a_base_adds_less_the_more_joints_there_are(name: str, known: KnownOfBase, most: float) -> None:
     """Operations over those on a fixed base: six degrees of freedom more, no other growth."""
     ratios = [nodes(on(long_chain(n), known), name) / nodes(long_chain(n), name) for n in (5, 10, 20)]
     assert ratios == sorted(ratios, reverse=True) and ratios[-1] < most
@@ -219,7 +222,7 @@ def test_only_what_is_asked() -> None:
 
 def test_columns_of_a_base_that_is_driven() -> None:
     """Those of the pose are made of those of the acceleration, which nobody asks for."""
-    machine = on(two_children(symbolic=False), Given.ACCELERATION)
+    machine = on(two_children(symbolic=False), KnownOfBase.ACCELERATION)
     (traced,) = trace_scene(machine, Scene((INVERSE,), {INVERSE: ("by pose",)}))
     whole = trace(machine, INVERSE)
     assert list(traced.results) == ["dtau_dpose", "dqdd_dpose", "df0_dpose"]
@@ -232,7 +235,7 @@ def test_columns_of_a_base_that_is_driven() -> None:
 
 @pytest.mark.parametrize("known", BOTH)
 @pytest.mark.parametrize("name", [INVERSE, DIRECT])
-def test_equations_in_latex(name: str, known: Given) -> None:
+def test_equations_in_latex(name: str, known: KnownOfBase) -> None:
     """Every quantity and every result has a symbol."""
     package = programs(on(chain(3), known), Scene(models=(name,))).package
     solved = solution(package, package.functions[0])
@@ -241,10 +244,11 @@ def test_equations_in_latex(name: str, known: Given) -> None:
     assert "&part;" in html_page(package, package.functions[0])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("known", BOTH)
-def test_generated_code_gives_what_the_equations_give(known: Given) -> None:
+def test_generated_code_gives_what_the_equations_give(known: KnownOfBase) -> None:
     """C and numpy against 50 digits, springs and named parameters included."""
-    machine = on(planar_2r(elastic=(2,)), known, turned=tuple(Orientation)[known is Given.WRENCH])
+    machine = on(planar_2r(elastic=(2,)), known, turned=tuple(Orientation)[known is KnownOfBase.WRENCH])
     outputs = dict.fromkeys((INVERSE_BY_P, DIRECT_BY_P), ("by L1, K2, M2",))
     found = verify(machine, Scene((INVERSE, DIRECT, *outputs), outputs), states=(2, 4))
     assert found.ok and len(found.models) == 4

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from symoro_elastic.generation.pipeline import prepare
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Spring, Wrench
 from symoro_elastic.models.implausible import implausible_motions
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.pipeline import prepare
 from tests.command_line import EXAMPLES
 from tests.compiled_models import cell, vector
 from tests.references.numbers_of_machine import numbers_of
@@ -48,9 +48,7 @@ def test_parallel_slides_are_named(turns: list[str]) -> None:
     """With a spring that turns between them, which is at its neutral position."""
     first, second = turns
     found = machine(
-        row("bed", 0, P, alpha="0.4"),
-        row("yaw", 1, R, Kind.ELASTIC, alpha=first),
-        row("ram", 2, P, alpha=second),
+        row("bed", 0, P, alpha="0.4"), row("yaw", 1, R, Kind.ELASTIC, alpha=first), row("ram", 2, P, alpha=second)
     )
     (line,) = warned(found)
     assert line.startswith("joint 3 (ram): slides parallel to joint 1 (bed) at every position")
@@ -163,6 +161,7 @@ def expected(found: Machine) -> set[int]:
     return {j for _, j in set.intersection(*(alike(found, placed(found, rng)) for _ in range(3)))}
 
 
+@pytest.mark.thorough
 def test_random_machines_are_warned_about_where_numbers_say_so() -> None:
     """200 machines: those whose motors have twists of their own and masses beyond them raise no alarm."""
     right = 0

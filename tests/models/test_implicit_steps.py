@@ -24,6 +24,8 @@ from tests.references.constraint_multipliers import Multipliers
 from tests.references.numbers_of_machine import JointNumbers
 from tests.references.random_machines import random_machine, random_state
 
+pytestmark = pytest.mark.sampled(6)
+
 G = Fraction("0.013")
 MANY_DIGITS, DIGITS_OF_SLOPES = 1e-40, 1e-18
 
@@ -75,7 +77,7 @@ def slope(row: JointNumbers, rate: Any) -> Any:
 
 def given_numbers(described: Machine, q: Sequence[Any], qd: Sequence[Any], seed: int) -> dict[str, Any]:
     rng = np.random.default_rng(seed)
-    n, m = len(described.moving), len(described.motors)
+    n, m = len(described.independent), len(described.motors)
     gains = {name: rng.uniform(100, 1000, m).tolist() for name in ("kp", "kd")}
     sides = {name: rng.uniform(-1, 1, n).tolist() for name in ("r_q", "r_v")}
     return {"q": q, "qd": qd, "g": [G], **gains, **sides}
@@ -90,7 +92,7 @@ def test_trees(described: Machine, motors: Motors) -> None:
     with mpmath.workdps(DIGITS):
         q, qd, _ = random_state(described, 2)
         given = given_numbers(described, q, qd, 2)
-        rows = [reference._read(described, None).joints[j - 1] for j in described.moving]
+        rows = [reference._read(described, None).joints[j - 1] for j in described.independent]
         K = [row.stiffness * (row.kind is Kind.ELASTIC) for row in rows]
         D = [row.damping * (row.kind is Kind.ELASTIC) + slope(row, x) for row, x in zip(rows, qd, strict=True)]
         entries = list(described.motor_entries)
@@ -115,14 +117,14 @@ def test_couplings_and_loops(name: str, motors: Motors) -> None:
         given = given_numbers(described, situation.state.u, situation.state.ud, 3)
         given["q_dep"] = [at.at[variable] for variable in at.chain.dependent]
         table = at.chain.numbers(at.at).joints
-        rows = [table[j - 1] for j in described.owners]
+        rows = [table[j - 1] for j in described.with_variable]
         K = [row.stiffness if row.kind is Kind.ELASTIC else mpf(0) for row in rows]
         D = [row.damping + row.viscous for row in rows]
         if motors is Motors.SERVO:
             for j, kp, kd in zip(described.motors, given["kp"], given["kd"], strict=True):
-                k = described.owners.index(j)
+                k = described.with_variable.index(j)
                 K[k], D[k] = K[k] + kp, D[k] + kd
-        moved = [j for j in described.articulated if j not in described.owners]
+        moved = [j for j in described.articulated if j not in described.with_variable]
         on_joints = [at.S[list(described.articulated).index(j)] for j in moved]
         coupled = sum((table[j - 1].viscous * np.outer(s, s) for j, s in zip(moved, on_joints, strict=True)), 0)
         wanted = dense(

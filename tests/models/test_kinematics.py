@@ -12,21 +12,20 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
+from symoro_elastic.codegen.integration.tableaus import RK4, step
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.errors import InputError
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Friction, Joint, Kind, Machine, Wrench
 from symoro_elastic.machine.resolve import resolve
-from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
 from symoro_elastic.models.model import Frame
+from symoro_elastic.models.packaging import package
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.packaging import package
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from tests.compiled_models import Array, Built, cell, vector, worst
@@ -43,6 +42,8 @@ from tests.references.random_machines import (
     two_children,
 )
 
+pytestmark = pytest.mark.sampled(6)
+
 TOLERANCE = 1e-12
 MOTIONS = ("velocities", "accelerations", "jacobian", "jacobian_dot_qd")
 OF_FRAMES = ("geometric_model", *MOTIONS)
@@ -54,7 +55,7 @@ def made(machine: Machine, folder: Path, models: Sequence[str], scene: Scene | N
     """C and numpy of some models; a name that is given twice would not compile."""
     scene = replace(scene or Scene(), models=tuple(models))
     traced = trace_scene(machine, scene)
-    described = package(restricted(machine, scene), traced, folded(machine, scene))
+    described = package(restrict(machine, scene), traced, names_to_fold(machine, scene))
     library = compile_library(render_c(described), folder / "c", flags=("-O0",))
     module = import_package(render_numpy(described), folder / "numpy")
     return Built(module, CompiledPackage(described, library), {t.model.name: tuple(t.rows) for t in traced})
@@ -224,7 +225,7 @@ def test_jacobians_make_velocities_and_accelerations(machine: Machine, scene: Sc
 def test_motion_of_the_base_is_added() -> None:
     """At rest in its joints a machine moves with its base as one body."""
     machine = random_machine(720, joints=6, moving_base=True)
-    frames, still = range(1, 7), [0.0] * len(machine.moving)
+    frames, still = range(1, 7), [0.0] * len(machine.independent)
     numbers = numbers_of(machine)
     v, w, vd, wd = (
         getattr(numbers.base, x) for x in ("velocity", "angular_velocity", "acceleration", "angular_acceleration")
@@ -608,10 +609,10 @@ def test_no_jacobian_where_nothing_moves(model: str) -> None:
 def test_frames_and_wrenches_where_nothing_moves(tmp_path: Path) -> None:
     """A locked machine on a moving base still has these."""
     machine = random_machine(721, joints=4, moving_base=True)
-    locked = {machine.joints[j - 1].name: cell(0.25) for j in machine.moving}
+    locked = {machine.joints[j - 1].name: cell(0.25) for j in machine.independent}
     models = ("velocities", "accelerations", "reaction_wrenches", "energy")
     code = made(machine, tmp_path, models, Scene(locked=locked))
-    still = [0.0] * len(machine.moving)
+    still = [0.0] * len(machine.independent)
     state = {"q": [0.25] * len(still), "qd": still, "qdd": still}
     exact = (state["q"], still, still)
     wanted = {

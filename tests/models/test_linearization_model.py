@@ -7,15 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Floating, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace, trace_scene
-from symoro_elastic.numerics.arrays import evaluated
-from symoro_elastic.numerics.states import moderate_states
+from symoro_elastic.numerics.arrays import evaluate_arrays
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.verification.states import moderate_states
 from tests.references.random_machines import random_machine
+
+pytestmark = pytest.mark.sampled(5)
 
 MODEL = "linearization"
 SEEDS = range(8)
@@ -30,8 +32,8 @@ def test_matrices_against_dual_numbers(seed: int) -> None:
     """
     machine = random_machine(seed, joints=6, massless=0.0)
     states = moderate_states(machine, 3)
-    found = evaluated(trace(machine, MODEL), states, parameter_values(machine), np.float64)
-    motion, n = EquationsOfMotion(machine), len(machine.moving)
+    found = evaluate_arrays(trace(machine, MODEL), states, parameter_values(machine), np.float64)
+    motion, n = EquationsOfMotion(machine), len(machine.independent)
     for k in range(len(states)):
         state = State(states.q[k], states.qd[k], states.qdd[k], np.zeros(n), np.zeros(len(machine.motors)))
         analysed = motion.matrices("KDM", state.q, state.qd, state.qdd)
@@ -44,10 +46,10 @@ def test_matrices_against_dual_numbers(seed: int) -> None:
 
 def test_rows_of_a_scene() -> None:
     machine: Machine = random_machine(1, joints=5)
-    last = machine.joints[machine.moving[-1] - 1].name
+    last = machine.joints[machine.independent[-1] - 1].name
     (part,) = trace_scene(machine, Scene((MODEL,), {MODEL: (last,)}))
     assert {name: result.shape for name, result in part.results.items()} == dict.fromkeys(
-        "MDK", (1, len(machine.moving))
+        "MDK", (1, len(machine.independent))
     )
 
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.codegen.integration.tableaus import RK4, step
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Spring, Wrench
 from symoro_elastic.machine.scene import Scene
@@ -130,6 +129,7 @@ def test_elastic_law(tmp_path: Path) -> None:
         assert torques.shape == (0,) and qdd == pytest.approx(wanted, rel=1e-15)
 
 
+@pytest.mark.thorough
 def test_moving_base(tmp_path: Path) -> None:
     """A base that accelerates feels heavier; a uniform velocity is not felt; a turning base adds to joint 1."""
     machine = two_children(symbolic=False)

@@ -10,20 +10,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import par, toml
+from symoro_elastic.formats.par import reading as par
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.resolve import resolve
-from symoro_elastic.machine.scene import ALL, Asked, Parts, Point, Scene
+from symoro_elastic.machine.scene import ALL, Parts, Point, RequestedPart, Scene
 from symoro_elastic.models.catalogue import MODELS, trace, trace_scene
 from symoro_elastic.models.model import Frame
-from symoro_elastic.numerics.verify import verify
-from symoro_elastic.pipeline import programs
-from symoro_elastic.reports.page import html_page, latex_document
+from symoro_elastic.numerics.verification.verify import verify
+from symoro_elastic.pages.equations.page import html_page, latex_document
 from tests.compiled_models import cell, vector
 from tests.generated_code import ALL_MODELS
 from tests.models.test_kinematics import MANY, MOTIONS, WELDED, Wanted, error, made, of_model, values, whole_state
 from tests.references.random_machines import chain, planar_2r, random_machine, random_state
+
+pytestmark = pytest.mark.sampled(5)
 
 TOLERANCE = 1e-12
 POINTS = (vector("0.1", "-pi/20", "3/8"), vector(0, 0, "0.25"), vector("sqrt(2)/5", 0, 0))
@@ -56,7 +60,7 @@ def asked_points(machine: Machine, seed: int) -> list[tuple[int, Point, int | No
 
 def texts(machine: Machine, asked: list[tuple[int, Point, int | None]]) -> tuple[str, ...]:
     names = ["base", *(joint.name for joint in machine.joints)]
-    return tuple(str(Asked(names[j], at, None if place is None else names[place])) for j, at, place in asked)
+    return tuple(str(RequestedPart(names[j], at, None if place is None else names[place])) for j, at, place in asked)
 
 
 AT_POINTS = tuple(name for name in ALL_MODELS if MODELS[name].parts is Parts.POINTS)
@@ -182,22 +186,22 @@ def test_a_point_in_the_equations() -> None:
 
 
 def test_points_are_read_and_written_as_text() -> None:
-    assert Asked.parse("tool") == Asked("tool")
+    assert RequestedPart.parse("tool") == RequestedPart("tool")
     text = "tool at (0.1, atan2(1, L2), -(L1 + 2)*pi) in base"
-    asked = Asked.parse(text)
+    asked = RequestedPart.parse(text)
     assert asked.at and len(asked.at) == 3 and str(asked) == text
-    assert str(Asked.parse("tool  at ( 0 ,L1\n + 2 , 3 )  in base ")) == "tool at (0, L1 + 2, 3) in base"
+    assert str(RequestedPart.parse("tool  at ( 0 ,L1\n + 2 , 3 )  in base ")) == "tool at (0, L1 + 2, 3) in base"
 
 
 @pytest.mark.parametrize("form", [toml, par])
 def test_points_in_a_machine_file(form: Any) -> None:
     """Also where a parameter stands in no cell of the table; joints by number."""
     outputs = {"jacobian": ("2 at (L1, -2*(reach), 0) in base",), "velocities": ("joint2",)}
-    machine = replace(with_lengths(planar_2r()), scene=Scene(("jacobian", "velocities"), outputs))
+    machine = DescribedMachine.of(with_lengths(planar_2r())).asking(scene=Scene(("jacobian", "velocities"), outputs))
     again = form.read(form.write(machine), "arm")
-    assert again.scene.outputs["jacobian"] == ("joint2 at (L1, -2*(reach), 0) in base",)
+    assert again.asked.scene.outputs["jacobian"] == ("joint2 at (L1, -2*(reach), 0) in base",)
     assert {"L1", "reach"} <= {p.name for p in again.parameters}
-    assert trace_scene(again, again.scene)[0].program.used >= {"reach", "L1"}
+    assert trace_scene(again, again.asked.scene)[0].program.used >= {"reach", "L1"}
 
 
 @pytest.mark.parametrize(
@@ -207,8 +211,8 @@ def test_points_in_a_machine_file(form: Any) -> None:
         ("jacobian", "joint2 at (1, 2, 3, 4)", "a point has three coordinates"),
         ("jacobian", "joint2 at 1 2 3", "a point has three coordinates in brackets"),
         ("jacobian", "joint2 at (1, , 3)", "an empty expression"),
-        ("jacobian", "joint2 at (1, 2, L77) in base", "'L77' is no parameter of the machine"),
-        ("jacobian", "joint2 at (1, 2, q1)", "'q1' is no parameter of the machine"),
+        ("jacobian", "joint2 at (1, 2, L77) in base", "'L77' is not a parameter of the machine"),
+        ("jacobian", "joint2 at (1, 2, q1)", "'q1' is not a parameter of the machine"),
         ("jacobian", "joint2 at (1, 2*, 3)", "the expression ends too early"),
         ("jacobian", "joint2 at (1, open('x'), 3)", "is not arithmetic"),
         ("jacobian", "joint2 at (1, 2, 3) at (1, 2, 3)", "write one point of one frame"),

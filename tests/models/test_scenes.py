@@ -14,24 +14,26 @@ import mpmath
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import generate, is_part
+from symoro_elastic.generation.views import models_json
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Kind, Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace_scene
-from symoro_elastic.models.tables import models_json
-from symoro_elastic.pipeline import generate, is_part
+from symoro_elastic.models.traced import summary
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import OperationCount
-from symoro_elastic.traced import summary
 from tests.generated_code import c_functions, c_work, imported, recount, rendered
 from tests.references import multiprecision as reference
 from tests.references.numbers_of_machine import numbers_of
 from tests.references.random_machines import chain, planar_2r, random_machine, random_state, two_children
+
+pytestmark = pytest.mark.sampled(5)
 
 FIVE = ("direct_dynamics", "inverse_dynamics", "inertia_matrix", "bias_forces", "geometric_model")
 EVERYTHING = Scene(models=FIVE)
@@ -84,8 +86,8 @@ def results(model: TracedModel, values: Mapping[str, Any], arithmetic: Arithmeti
 
 def state_of(machine: Machine, seed: int) -> dict[int, tuple[float, float, float]]:
     q, qd, drives = random_state(machine, seed)
-    drive = dict(zip((j for j in machine.moving if is_motor(machine, j)), drives, strict=True))
-    return {j: (q[k], qd[k], drive.get(j, 0.0)) for k, j in enumerate(machine.moving)}
+    drive = dict(zip((j for j in machine.independent if is_motor(machine, j)), drives, strict=True))
+    return {j: (q[k], qd[k], drive.get(j, 0.0)) for k, j in enumerate(machine.independent)}
 
 
 def is_motor(machine: Machine, j: int) -> bool:
@@ -111,7 +113,7 @@ def counts(model: TracedModel) -> tuple[int, int, int]:
 @pytest.mark.parametrize("machine", VARIOUS)
 def test_some_outputs_are_those_of_the_whole(machine: Machine) -> None:
     """In the order asked; bit by bit, since the graph and its values are the same."""
-    picks = (machine.moving[::2][::-1], machine.moving[-1:], machine.moving)
+    picks = (machine.independent[::2][::-1], machine.independent[-1:], machine.independent)
     whole = traces(machine)
     values = symbols(machine, state_of(machine, 4), FLOATS)
     for asked in picks:
@@ -130,10 +132,10 @@ def test_some_outputs_are_those_of_the_whole(machine: Machine) -> None:
 @pytest.mark.parametrize("machine", VARIOUS)
 def test_the_inverse_model_gives_what_is_asked_of_each_joint(machine: Machine) -> None:
     """Torques of motors; accelerations of the others, which nobody prescribes."""
-    for j in machine.moving:
+    for j in machine.independent:
         asked = Scene(("inverse_dynamics",), outputs={"inverse_dynamics": (machine.joints[j - 1].name,)})
         (model,) = trace_scene(machine, asked)
-        if len(machine.moving) > 1:
+        if len(machine.independent) > 1:
             assert model.rows == ({"tau": (j,), "qdd": ()} if is_motor(machine, j) else {"tau": (), "qdd": (j,)})
 
 
@@ -176,25 +178,25 @@ def test_rows_of_results_are_named_in_the_package(tmp_path: Path) -> None:
 def constrained(machine: Machine, held: dict[int, Fraction], seed: int) -> dict[str, Any]:
     """The models of the whole machine with some joints held: A and H of the whole, rows and columns struck out."""
     state = state_of(machine, seed)
-    q = [held.get(j, state[j][0]) for j in machine.moving]
-    qd = [0.0 if j in held else state[j][1] for j in machine.moving]
+    q = [held.get(j, state[j][0]) for j in machine.independent]
+    qd = [0.0 if j in held else state[j][1] for j in machine.independent]
     A = np.array(reference.inertia_matrix(machine, q), dtype=object)
     H = np.array(reference.bias_forces(machine, q, qd), dtype=object)
-    free = [k for k, j in enumerate(machine.moving) if j not in held]
-    motors = [k for k in free if is_motor(machine, machine.moving[k])]
+    free = [k for k, j in enumerate(machine.independent) if j not in held]
+    motors = [k for k in free if is_motor(machine, machine.independent[k])]
     soft = [k for k in free if k not in motors]
     springs = numbers_of(machine)
     with mpmath.workdps(50):
         gamma = np.zeros(len(q), dtype=object)
         for k in free:
-            row, (_, _, drive) = springs.joints[machine.moving[k] - 1], state[machine.moving[k]]
+            row, (_, _, drive) = springs.joints[machine.independent[k] - 1], state[machine.independent[k]]
             law = -row.stiffness * (q[k] - row.neutral) - row.damping * qd[k]
             gamma[k] = drive if k in motors else law if row.kind == Kind.ELASTIC else 0
         qdd = np.zeros(len(q), dtype=object)
         qdd[free] = solved(A[np.ix_(free, free)], (gamma - H)[free])
         driven = np.zeros(len(q), dtype=object)
         for k in motors:
-            driven[k] = state[machine.moving[k]][2]
+            driven[k] = state[machine.independent[k]][2]
         driven[soft] = solved(A[np.ix_(soft, soft)], (gamma - H - A @ driven)[soft])
         tau = (A @ driven + H)[motors]
     return {
@@ -216,14 +218,14 @@ def solved(matrix: Array, right: Array) -> Array:
 def test_a_locked_joint_is_the_whole_machine_constrained(machine: Machine) -> None:
     """Each joint in turn, then two at once, against the 50-digit reference of the whole machine."""
     values = (Fraction(3, 10), Fraction(0), Fraction(-7, 4))
-    cases = [{j: values[k % 3]} for k, j in enumerate(machine.moving)]
-    cases.append({j: Fraction(1, 5) for j in machine.moving[:2]})
+    cases = [{j: values[k % 3]} for k, j in enumerate(machine.independent)]
+    cases.append({j: Fraction(1, 5) for j in machine.independent[:2]})
     whole = traces(machine)
     for held in cases:
         scene = Scene(FIVE, locked={machine.joints[j - 1].name: f(value) for j, value in held.items()})
         wanted = constrained(machine, held, 7)
-        kept = restricted(machine, scene)
-        assert kept.moving == tuple(j for j in machine.moving if j not in held)
+        kept = restrict(machine, scene)
+        assert kept.independent == tuple(j for j in machine.independent if j not in held)
         numbers = symbols(kept, {j: x for j, x in state_of(machine, 7).items() if j not in held}, FLOATS)
         for name, model in traces(machine, scene).items():
             for output, entries in results(model, numbers).items():
@@ -234,11 +236,11 @@ def test_a_locked_joint_is_the_whole_machine_constrained(machine: Machine) -> No
 def test_a_joint_is_locked_at_a_formula(tmp_path: Path) -> None:
     text = (Path(__file__).parents[2] / "examples" / "planar_2r.toml").read_text(encoding="utf-8")
     machine = toml.read(text + '\n[scene]\nlocked = { elbow = "pi/2 - l1/l2" }\n', "planar_2r.toml")
-    assert machine.scene
-    generate(machine, machine.scene, ["numpy"], tmp_path)
+    assert machine.asked.scene
+    generate(machine, machine.asked.scene, ["numpy"], tmp_path)
     module = imported(tmp_path / "planar_2r")
     assert module.JOINTS == ("shoulder",) and module.MOTORS == (0,)
-    whole = replace(machine, scene=None)
+    whole = machine.asking(scene=None)
     elbow = math.pi / 2 - 4 / 3
     A = reference.inertia_matrix(whole, [0.3, elbow])
     H = reference.bias_forces(whole, [0.3, elbow], [0.7, 0])
@@ -252,7 +254,7 @@ def test_lengths_may_hold_pi(length: str) -> None:
     scene = Scene(FIVE, locked={"joint2": f(length)})
     value = f(length).value({p.name: p.value.value() for p in machine.parameters if p.value})
     wanted = constrained(machine, {2: Fraction(value)}, 3)
-    kept = restricted(machine, scene)
+    kept = restrict(machine, scene)
     numbers = symbols(kept, {j: x for j, x in state_of(machine, 3).items() if j != 2}, FLOATS)
     for name, model in traces(machine, scene).items():
         for output, entries in results(model, numbers).items():
@@ -261,7 +263,7 @@ def test_lengths_may_hold_pi(length: str) -> None:
 
 def test_all_joints_locked_leaves_the_frames(tmp_path: Path) -> None:
     machine = two_children()
-    locked = {machine.joints[j - 1].name: f("0.25") for j in machine.moving}
+    locked = {machine.joints[j - 1].name: f("0.25") for j in machine.independent}
     generate(machine, Scene(FIVE, locked=locked), ["numpy", "c"], tmp_path)
     module = imported(tmp_path / "two_children")
     assert module.JOINTS == module.MOTORS == () and len(module.FRAMES) == 7
@@ -387,7 +389,7 @@ def test_a_locked_joint_keeps_its_frame() -> None:
     (model,) = trace_scene(machine, scene)
     q = [0.1, Fraction(1, 3), 0.2, 0.3, 0.4, 0.5]
     state = {j: (x, 0, 0) for j, x in enumerate(q, start=1) if j != 2}
-    found = results(model, symbols(restricted(machine, scene), state, FLOATS))["T"]
+    found = results(model, symbols(restrict(machine, scene), state, FLOATS))["T"]
     assert worst(found, [reference.geometric_model(machine, q)[1]]) < CONTRACT
 
 

@@ -12,26 +12,27 @@ import mpmath
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine, read_scene
+from symoro_elastic.formats import read_machine, read_scene
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import with_base_coordinates
-from symoro_elastic.machine.machine import Body, Floating, Given, Kind, Machine, Orientation
+from symoro_elastic.machine.machine import Body, Floating, Kind, KnownOfBase, Machine, Orientation
 from symoro_elastic.machine.resolve import resolve
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.static_springs import held_positions
-from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace, trace_scene
 from symoro_elastic.models.loops.plan import plan_of
-from symoro_elastic.numerics.verify import verify
+from symoro_elastic.numerics.motion.equations_of_motion import motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import FLOATS, multiprecision
-from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.linearization import motion_of
 from tests.closed_chains.machines import machine as closed_chain
 from tests.models.test_scenes import is_motor, results, state_of, symbols, worst
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, random_machine, two_children
+
+pytestmark = pytest.mark.sampled(5)
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MODELS = ("static_deflections", "geometric_model_with_deflections")
@@ -68,19 +69,19 @@ def positions(machine: Machine, held: bool) -> dict[str, Formula | None]:
 def test_deflections_balance_the_rows_of_the_whole_machine(machine: Machine, held: bool) -> None:
     """k (q0 - q_E) = (A qdd + H)_E, in 50 digits, where the joints E stand still."""
     static, state = positions(machine, held), state_of(machine, 3)
-    kept, arithmetic = restricted(machine, Scene(static=static)), multiprecision(50)
-    given = symbols(kept, {j: state[j] for j in kept.moving}, arithmetic)
-    E = [j for j in machine.moving if machine.joint(j).name in static]
+    kept, arithmetic = restrict(machine, Scene(static=static)), multiprecision(50)
+    given = symbols(kept, {j: state[j] for j in kept.independent}, arithmetic)
+    E = [j for j in machine.independent if machine.joint(j).name in static]
     with mpmath.workdps(50):
         springs = {j: machine.joint(j).spring for j in E}
         neutral = {j: value(springs[j].neutral, given) for j in E}
         place = {j: value(static[machine.joint(j).name], given) for j in E} if held else neutral
-        q = [place.get(j, state[j][0]) for j in machine.moving]
-        qd = [0.0 if j in E else state[j][1] for j in machine.moving]
-        qdd = [0.0 if j in E else 1.5 - 0.7 * k for k, j in enumerate(machine.moving)]
+        q = [place.get(j, state[j][0]) for j in machine.independent]
+        qd = [0.0 if j in E else state[j][1] for j in machine.independent]
+        qdd = [0.0 if j in E else 1.5 - 0.7 * k for k, j in enumerate(machine.independent)]
         Gamma = reference.generalized_forces(machine, q, qd, qdd)
-        deflections = {j: -Gamma[machine.moving.index(j)] / value(springs[j].stiffness, given) for j in E}
-        given |= {f"qdd{j}": arithmetic.number(x) for j, x in zip(machine.moving, qdd, strict=True)}
+        deflections = {j: -Gamma[machine.independent.index(j)] / value(springs[j].stiffness, given) for j in E}
+        given |= {f"qdd{j}": arithmetic.number(x) for j, x in zip(machine.independent, qdd, strict=True)}
         (model,) = trace_scene(machine, Scene(MODELS[:1], static=static))
         found = results(model, given, arithmetic)["q_static"]
         assert worst(found, [neutral[j] + deflections[j] for j in E]) < EXACT
@@ -98,11 +99,11 @@ def test_frames_with_deflections_are_those_of_the_whole_machine(machine: Machine
     static = positions(machine, held=True)
     _, model = trace_scene(machine, Scene(MODELS, static=static))
     given = symbols(machine, state_of(machine, 5), multiprecision(50))
-    q = [state_of(machine, 5)[j][0] for j in machine.moving]
+    q = [state_of(machine, 5)[j][0] for j in machine.independent]
     found = results(model, given, multiprecision(50))["T"]
     assert worst(found, reference.geometric_model(machine, q)) < EXACT
-    kept = restricted(machine, Scene(static=static))
-    assert [len(argument.symbols) for argument in model.program.inputs] == [len(kept.moving), len(static)]
+    kept = restrict(machine, Scene(static=static))
+    assert [len(argument.symbols) for argument in model.program.inputs] == [len(kept.independent), len(static)]
 
 
 @pytest.mark.parametrize("at", [{}, {"motor_x": 0.3, "motor_y": 0.1}], ids=["zero", "away"])
@@ -114,9 +115,9 @@ def test_springs_held_at_their_equilibrium_stay_there(at: dict[str, float]) -> N
     state = equilibrium(motion, at)
     rest = dict(zip(motion.names, state.q.tolist(), strict=True))
     static = {name: f(repr(rest[name])) for name in ("bed_yaw", "cart_y", "ram", "sensor_head")}
-    kept = restricted(sagging, Scene(static=static))
+    kept = restrict(sagging, Scene(static=static))
     (model,) = trace_scene(sagging, Scene(MODELS[:1], static=static))
-    given = symbols(kept, {j: (rest[kept.joint(j).name], 0.0, 0.0) for j in kept.moving}, multiprecision(50))
+    given = symbols(kept, {j: (rest[kept.joint(j).name], 0.0, 0.0) for j in kept.independent}, multiprecision(50))
     found = results(model, given, multiprecision(50))["q_static"]
     wanted = np.array([rest[joint.name] for joint in kept.static.values()])
     assert np.abs(wanted).max() > 1e-7
@@ -127,19 +128,19 @@ def test_a_static_joint_that_follows_others() -> None:
     """The nut slides with the screw, and yields: rows of A qdd + H of the whole machine with the nut at rest."""
     machine, _ = read_machine(EXAMPLES / "ball_screw.toml")
     static = {name: f("2e-6") for name in ("nut", "encoder")}
-    kept = restricted(machine, Scene(static=static))
+    kept = restrict(machine, Scene(static=static))
     arithmetic = multiprecision(50)
     found = trace_scene(machine, Scene(MODELS[:1], static=static))[0]
     A, H = trace_scene(machine, Scene(("inertia_matrix", "bias_forces")))
-    given = symbols(machine, {j: (0.1 * j, 0.3 - 0.1 * j, 0.7 * j) for j in machine.moving}, arithmetic)
-    E = [j for j in machine.moving if machine.joint(j).name in static]
+    given = symbols(machine, {j: (0.1 * j, 0.3 - 0.1 * j, 0.7 * j) for j in machine.independent}, arithmetic)
+    E = [j for j in machine.independent if machine.joint(j).name in static]
     for j in E:
         given |= {str(machine.joint(j).variable): value(f("2e-6"), {}), f"qd{j}": 0, f"qdd{j}": 0}
     assert {kept.joint(j).kind for j in E} == {Kind.COUPLED, Kind.FIXED}
     with mpmath.workdps(50):
-        qdd = np.array([given[f"qdd{j}"] for j in machine.moving], dtype=object)
+        qdd = np.array([given[f"qdd{j}"] for j in machine.independent], dtype=object)
         Gamma = results(A, given, arithmetic)["A"] @ qdd + results(H, given, arithmetic)["H"]
-        wanted = [-Gamma[machine.moving.index(j)] / value(machine.joint(j).spring.stiffness, given) for j in E]
+        wanted = [-Gamma[machine.independent.index(j)] / value(machine.joint(j).spring.stiffness, given) for j in E]
         assert abs(wanted[0]) > 1e-9
         assert worst(results(found, given, arithmetic)["q_static"] / wanted[0], np.array(wanted) / wanted[0]) < EXACT
 
@@ -150,7 +151,7 @@ def test_code_is_within_rounding(orientation: Orientation | None) -> None:
     machine, _ = read_machine(EXAMPLES / ("floating_arm.toml" if orientation else "two_axis.toml"))
     if machine.floating and orientation:
         machine = replace(machine, floating=replace(machine.floating, orientation=orientation))
-        elastic = [j for j in machine.moving if not is_motor(machine, j)] or list(machine.moving[-1:])
+        elastic = [j for j in machine.independent if not is_motor(machine, j)] or list(machine.independent[-1:])
         joints = list(machine.joints)
         spring = replace(joints[0].spring, stiffness=f(4e4))
         joints[elastic[-1] - 1] = replace(joints[elastic[-1] - 1], kind=Kind.ELASTIC, spring=spring)
@@ -171,12 +172,7 @@ def test_static_springs_leave_the_other_models_as_locking_does() -> None:
 @pytest.mark.parametrize(
     ("example", "scene", "place", "reason"),
     [
-        (
-            "two_axis.toml",
-            Scene(static={"motor_x": None}),
-            "motor_x",
-            "the joint is motor: only elastic joints",
-        ),
+        ("two_axis.toml", Scene(static={"motor_x": None}), "motor_x", "the joint is motor: only elastic joints"),
         ("two_axis.toml", Scene(static={"tool": None}), "tool", "the joint is fixed: only elastic joints"),
         ("all_keys.toml", Scene(static={"pendulum": None}), "pendulum", "the joint is passive: only elastic joints"),
         ("two_axis.toml", Scene(static={"ram": None}, locked={"ram": f(0)}), "ram", "locked too"),
@@ -185,14 +181,14 @@ def test_static_springs_leave_the_other_models_as_locking_does() -> None:
             "linkage.toml",
             Scene(static={"crank": None}),
             "crank",
-            "part of loop parallelogram, whose forces are no part",
+            "part of loop parallelogram, whose forces are not part",
         ),
     ],
 )
 def test_springs_that_cannot_be_static(example: str, scene: Scene, place: str, reason: str) -> None:
     machine, _ = read_machine(EXAMPLES / example)
     with pytest.raises(InputError) as caught:
-        restricted(machine, resolve(scene, machine))
+        restrict(machine, resolve(scene, machine))
     said = str(caught.value)
     assert said.startswith(f"{EXAMPLES / example}: scene, static, {place}: ") and reason in said
     assert "\n" not in said
@@ -205,7 +201,7 @@ def test_springs_that_cannot_be_static(example: str, scene: Scene, place: str, r
         ('"ram"', "static", "list of texts"),
         ("[1]", "static", "list of texts"),
         ('["rm"]', "scene, static", "did you mean 'ram'"),
-        ('{ ram = "x9" }', "scene, static, ram", "no parameter"),
+        ('{ ram = "x9" }', "scene, static, ram", "not a parameter"),
         ("{ ram = nan }", "static, ram", "not finite"),
     ],
 )
@@ -225,7 +221,7 @@ def test_positions_are_of_all_static_joints_or_of_none() -> None:
     with pytest.raises(ValueError, match="of all static joints, or of none"):
         Scene(static={"gear": None, "other": f(0)})
     static = {"gear": None}
-    for one in (machine, restricted(machine, Scene(static=static))):
+    for one in (machine, restrict(machine, Scene(static=static))):
         assert held_positions(one, static) == {"gear": f("0.002")}
 
 
@@ -236,7 +232,7 @@ def test_springs_without_a_stiffness_of_their_own_are_not_static() -> None:
         soft = replace(ram, spring=replace(ram.spring, stiffness=f(stiffness)))
         other = replace(machine, joints=tuple(soft if joint is ram else joint for joint in machine.joints))
         with pytest.raises(InputError, match=reason):
-            restricted(other, Scene(static={"ram": None}))
+            restrict(other, Scene(static={"ram": None}))
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -266,7 +262,7 @@ def test_static_springs_beside_couplings_and_loops(name: str, joint: str) -> Non
     arithmetic, variable = multiprecision(30), str(machine.joint(E).variable)
     given = {n: arithmetic.number(Fraction(x)) for n, x in assembled(machine).items()}
     static = {joint: f(repr(float(given[variable])))}
-    for j in machine.moving:
+    for j in machine.independent:
         given |= {
             f"qd{j}": arithmetic.number((j != E) * 0.3 * j),
             f"qdd{j}": arithmetic.number((j != E) * (2 - 0.7 * j)),
@@ -274,10 +270,10 @@ def test_static_springs_beside_couplings_and_loops(name: str, joint: str) -> Non
     found = trace_scene(machine, Scene(MODELS[:1], static=static))[0]
     A, H = trace_scene(machine, Scene(("inertia_matrix", "bias_forces")))
     with mpmath.workdps(30):
-        qdd = np.array([given[f"qdd{j}"] for j in machine.moving], dtype=object)
+        qdd = np.array([given[f"qdd{j}"] for j in machine.independent], dtype=object)
         Gamma = results(A, given, arithmetic)["A"] @ qdd + results(H, given, arithmetic)["H"]
         spring = machine.joint(E).spring
-        sag = -Gamma[machine.moving.index(E)] / value(spring.stiffness, given)
+        sag = -Gamma[machine.independent.index(E)] / value(spring.stiffness, given)
         deflection = results(found, given, arithmetic)["q_static"] - value(spring.neutral, given)
         assert abs(sag) > 1e-12
         assert worst(deflection / sag, np.array([1])) < 1e-15
@@ -285,22 +281,22 @@ def test_static_springs_beside_couplings_and_loops(name: str, joint: str) -> Non
 
 def assembled(machine: Machine) -> dict[str, float]:
     """Values of parameters and variables at an assembled position."""
-    plan = plan_of(machine, Bound)
+    plan = plan_of(machine)
     return plan.assembly.symbols(next(iter(plan.positions)))
 
 
 def test_a_floating_base_as_joints_has_the_same_deflections() -> None:
     """The base as six joints, whose rows are renumbered, its acceleration that of these joints."""
     machine, _ = read_machine(EXAMPLES / "floating_arm.toml")
-    last = machine.moving[-1]
+    last = machine.independent[-1]
     spring = replace(machine.joint(last).spring, stiffness=f(4e4), neutral=f("0.02"))
     rows = [replace(r, kind=Kind.ELASTIC, spring=spring) if j == last else r for j, r in enumerate(machine.joints, 1)]
-    floating = Floating(Orientation.ROTATION, Given.ACCELERATION, Body())
+    floating = Floating(Orientation.ROTATION, KnownOfBase.ACCELERATION, Body())
     soft = replace(machine, joints=tuple(rows), floating=floating)
-    kept = restricted(soft, Scene(static={machine.joint(last).name: f("0.01")}))
-    as_joints = with_base_coordinates(replace(kept, floating=replace(floating, known=Given.WRENCH)))
+    kept = restrict(soft, Scene(static={machine.joint(last).name: f("0.01")}))
+    as_joints = with_base_coordinates(replace(kept, floating=replace(floating, known=KnownOfBase.WRENCH)))
     before = len(as_joints.joints) - len(kept.joints)
-    rates = {j: (0.1 * j, 0.5 - 0.2 * j, 1.5 - 0.4 * j) for j in kept.moving}
+    rates = {j: (0.1 * j, 0.5 - 0.2 * j, 1.5 - 0.4 * j) for j in kept.independent}
     of_base = {f"A0_{m}{n}": float(m == n) for m in range(1, 4) for n in range(1, 4)}
     of_base |= {f"{x}0_{k}": 0.3 * k * (x == "Vd") for x in ("V", "Vd") for k in range(1, 7)}
     slides = {k: (0.0, 0.0, 0.3 * k) for k in range(1, 7)}

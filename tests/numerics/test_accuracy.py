@@ -13,14 +13,21 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, SINGLE
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.models.catalogue import TracedModel, trace
-from symoro_elastic.numerics import accuracy, balls
-from symoro_elastic.numerics.accuracy import measure, rounded, rounded_values
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, evaluated
-from symoro_elastic.numerics.balls import NoEnclosure, distance, enclosures, sums
-from symoro_elastic.numerics.states import States
+from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, evaluate_arrays
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.verification import accuracy
+from symoro_elastic.numerics.verification.accuracy import (
+    NoEnclosure,
+    distance,
+    enclosures,
+    measure,
+    round_states,
+    rounded_values,
+    sums,
+)
+from symoro_elastic.numerics.verification.states import States
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.operations import COS, SIN
@@ -81,7 +88,7 @@ def test_every_way_to_the_truth_gives_the_same() -> None:
     """Extended precision and balls, and a reference that knows the machine but no recursion."""
     machine = MACHINES["arm"]
     traced, states, values = trace(machine, "direct_dynamics"), at.moderate(machine, 4), parameter_values(machine)
-    extended = evaluated(traced, states, values, EXTENDED)["qdd"]
+    extended = evaluate_arrays(traced, states, values, EXTENDED)["qdd"]
     for k in range(len(states)):
         entries = enclosures(traced.program, symbols_of(traced, states, k, values), 2.0**-100)["qdd"]
         scale = max(abs(float(x)) for x in entries)
@@ -99,8 +106,8 @@ def test_every_way_to_the_truth_gives_the_same() -> None:
 def test_single_precision_is_measured_in_its_own_ulps() -> None:
     machine = six_axes()
     traced = trace(machine, "inverse_dynamics")
-    states, values = rounded(at.moderate(machine, 50), SINGLE), rounded_values(parameter_values(machine), SINGLE)
-    results = evaluated(traced, states, values, np.float32)
+    states, values = round_states(at.moderate(machine, 50), SINGLE), rounded_values(parameter_values(machine), SINGLE)
+    results = evaluate_arrays(traced, states, values, np.float32)
     found = measure(traced, results, states, values, SINGLE)
     assert 0.25 < found.typical < found.worst < 4 * found.input_effect < 4000
     assert measure(traced, results, states, values, DOUBLE).worst == pytest.approx(found.worst * 2**29)
@@ -110,7 +117,7 @@ def test_constants_are_rounded_once_as_in_generated_code() -> None:
     """sin(1.12) in single precision, not the sine of 1.12 in single precision."""
     machine = links(1, alphas=("1.12",))
     states = at.changed(at.moderate(machine, 1), q=np.zeros((1, 1)))
-    found = evaluated(trace(machine, "geometric_model"), states, parameter_values(machine), np.float32)
+    found = evaluate_arrays(trace(machine, "geometric_model"), states, parameter_values(machine), np.float32)
     placed = next(iter(found.values())).reshape(4, 4)
     assert placed[2, 1] == np.float32(math.sin(1.12)) != np.sin(np.float32(1.12))
 
@@ -118,7 +125,7 @@ def test_constants_are_rounded_once_as_in_generated_code() -> None:
 def test_without_extended_precision_balls_judge_every_state(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = MACHINES["tree"]
     traced, states, values = trace(machine, "inverse_dynamics"), at.moderate(machine, 5), parameter_values(machine)
-    results = evaluated(traced, states, values, np.float64)
+    results = evaluate_arrays(traced, states, values, np.float64)
     found = measure(traced, results, states, values)
     monkeypatch.setattr(accuracy, "HAS_EXTENDED", False)
     rigorous = measure(traced, results, states, values)
@@ -132,12 +139,12 @@ def test_what_cannot_be_judged_is_not_and_what_is_no_number_is_infinitely_wrong(
     rates = states.qd.copy()
     rates[2] = 1e200
     beyond = at.changed(states, qd=rates)
-    results = evaluated(traced, beyond, values, np.float64)["qdd"]
+    results = evaluate_arrays(traced, beyond, values, np.float64)["qdd"]
     assert measure(traced, {"qdd": results}, beyond, values).judged == 3
     results[1, 0] = math.nan
     found = measure(traced, {"qdd": results}, beyond, values)
     assert found.at == 1 and found.worst == math.inf and found.typical < 10
-    nothing = measure(traced, {"qdd": results[2:3]}, beyond.part(slice(2, 3)), values)
+    nothing = measure(traced, {"qdd": results[2:3]}, beyond[2:3], values)
     assert nothing.judged == 0 and math.isnan(nothing.worst)
 
 
@@ -161,7 +168,7 @@ def test_zero_is_proven_and_its_error_absolute() -> None:
 
 def test_the_library_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "flint", None)
-    balls._flint.cache_clear()
+    accuracy._flint.cache_clear()
     with pytest.raises(InputError, match=r"python-flint: pip install 'symoro-elastic\[accuracy\]'"):
         distance(sums([[0.0]]), [])
-    balls._flint.cache_clear()
+    accuracy._flint.cache_clear()

@@ -16,16 +16,19 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.coordinates import Coordinates
 from symoro_elastic.models.loops import plan as plans
-from symoro_elastic.numerics.coupled_disagreement import branch_error
-from symoro_elastic.numerics.reference import Reference
-from symoro_elastic.numerics.states import extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.numerics.verify import verify
+from symoro_elastic.numerics.verification.coupled_disagreement import branch_error
+from symoro_elastic.numerics.verification.reference import Reference
+from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
+from symoro_elastic.numerics.verification.verify import verify
 from tests.closed_chains.machines import FILES, machine
 from tests.references.closed_chains import DIGITS, Chain, State
 from tests.references.constraint_multipliers import Multipliers
 
+pytestmark = pytest.mark.sampled(8)
 
+
+@pytest.mark.optimised
 @pytest.mark.parametrize("name", FILES)
 def test_all_machines_pass(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Only the C of the SR400 is optimised, as `check` does: compilers take half the time."""
@@ -45,10 +48,10 @@ def test_reference_is_that_of_multipliers(name: str) -> None:
     whole = machine(name)
     values, states = parameter_values(whole), moderate_states(whole, 1)
     reference = Reference(whole, values, (), solved=True)
-    own = [str(whole.joint(j).variable) for j in whole.moving]
+    own = [str(whole.joint(j).variable) for j in whole.independent]
     dependent = [str(whole.joint(j).variable) for j in whole.dependent]
     for k in range(1):
-        state = states.at(k)
+        state = states[k].blocks
         guess = dict(zip(dependent, state.get("q_dep", np.empty(0)).tolist(), strict=True))
         exact = Multipliers(whole, State(state["q"].tolist(), state["qd"].tolist(), guess | _cuts(whole)))
         accelerations = dict(zip(exact.chain.own, exact.direct(state["tau"].tolist()), strict=True))
@@ -102,11 +105,11 @@ def test_another_branch_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
         plan = right(*given)
         return replace(plan, signs={j: -sign for j, sign in plan.signs.items()})
 
-    assert branch_error(Reference(whole, {}, (), solved=True), states.at(0)) == 0.0
+    assert branch_error(Reference(whole, {}, (), solved=True), states[0].blocks) == 0.0
     monkeypatch.setattr(plans, "_with_form", mirrored)
     again = replace(whole)  # plans are kept for each object
     assert Bound(again).loops[0].signs
-    assert branch_error(Reference(again, {}, (), solved=True), states.at(0)) == 1.0
+    assert branch_error(Reference(again, {}, (), solved=True), states[0].blocks) == 1.0
 
 
 def test_parameters_that_place_frames_close_the_loops() -> None:
@@ -116,4 +119,4 @@ def test_parameters_that_place_frames_close_the_loops() -> None:
     for seed in (0, 3):
         states = moderate_states(whole, 2, seed)
         reference = Reference(whole, parameter_values(whole, seed), (), solved=True)
-        assert branch_error(reference, states.at(1)) == 0.0
+        assert branch_error(reference, states[1].blocks) == 0.0

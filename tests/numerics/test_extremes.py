@@ -8,16 +8,18 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import refuse_degenerate
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.balls import NoEnclosure, enclosures
-from symoro_elastic.pipeline import refuse_degenerate
+from symoro_elastic.numerics.verification.accuracy import NoEnclosure, enclosures
 from tests.extremes import states as at
 from tests.extremes.code import compiled
 from tests.extremes.corpus import DIRECT, INVERSE, NOT_FINITE, REFUSED, WARNED, Extreme, corpus, locked_gimbal
 from tests.extremes.machines import elastic_arm, links
+
+pytestmark = pytest.mark.sampled(5)
 
 pytest.importorskip("flint")
 

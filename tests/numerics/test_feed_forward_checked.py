@@ -6,13 +6,13 @@ from fractions import Fraction
 
 import pytest
 
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.analysis.trade_off.builds import QUICK
+from symoro_elastic.analysis.trade_off.trade import Request, trade
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models import feed_forward as of_model
-from symoro_elastic.numerics.verify import verify
-from symoro_elastic.trade_off.builds import QUICK
-from symoro_elastic.trade_off.trade import Request, trade
+from symoro_elastic.numerics.verification.verify import verify
 from tests.closed_chains.test_feed_forward import strut, with_spring
 from tests.models.test_feed_forward import FLEX4, drive
 
@@ -46,7 +46,7 @@ def test_a_tree_whose_stiffness_changes() -> None:
 
 @pytest.mark.parametrize("wrong", ["_rate", "_wanted"])
 def test_a_wrong_feed_forward_is_found(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The reference is no other run of the same program: it finds what equations and code have in common."""
+    """The reference is not an other run of the same program: it finds what equations and code have in common."""
     right = getattr(of_model, wrong)
     monkeypatch.setattr(of_model, wrong, lambda *given: right(*given) * Fraction(1 + (given[-1] > 0), 1))
     assert not verify(drive(0, 1), FORWARD, states=(2, 0)).ok

@@ -8,20 +8,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import AUTO, INERTIA, RECURSION, Scene
 from symoro_elastic.models.catalogue import trace_scene
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, evaluated
-from symoro_elastic.numerics.forms import WITHIN, Choice, chosen_form, fewest_operations, with_form
+from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, evaluate_arrays
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.numerics.states import States, moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.pipeline import programs
+from symoro_elastic.numerics.verification.forms import WITHIN, Choice, chosen_form, fewest_operations, with_form
+from symoro_elastic.numerics.verification.states import States, moderate_states
 from tests.references.random_machines import chain, planar_2r, random_machine
+
+pytestmark = pytest.mark.sampled(5)
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DIRECT = Scene(("direct_dynamics",))
@@ -49,8 +51,8 @@ def choice(name: str) -> Choice:
 def errors(name: str, form: str, states: States, values: dict[str, float]) -> Array:
     """Measured errors of double precision over the largest acceleration, by state."""
     (traced,) = trace_scene(machine(name), Scene(("direct_dynamics",), form=form))
-    exact = evaluated(traced, states, values, EXTENDED)
-    found = evaluated(traced, states, values, np.float64)
+    exact = evaluate_arrays(traced, states, values, EXTENDED)
+    found = evaluate_arrays(traced, states, values, np.float64)
     each = [abs(found[r] - exact[r]).max(axis=1) / abs(exact[r]).max(axis=1) for r in exact]
     return np.maximum.reduce(each).astype(float)
 
@@ -114,9 +116,9 @@ def test_auto_generates_what_is_chosen() -> None:
     name = "random 107"
     found = programs(machine(name), Scene(("direct_dynamics",), form=AUTO))
     assert found.scene.form == choice(name).chosen == INERTIA
-    assert restricted(machine(name), found.scene) == machine(name)
+    assert restrict(machine(name), found.scene) == machine(name)
 
 
 def test_it_is_refused_where_no_model_has_forms() -> None:
-    with pytest.raises(InputError, match="--form: is of direct_dynamics, which is not asked for"):
+    with pytest.raises(InputError, match="--form: is of direct_dynamics, which is not requested"):
         with_form(planar_2r(), Scene(("jacobian",), form=AUTO))

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.base_parameters import KEPT, grouped, joined
+from symoro_elastic.models.base_parameters import KEPT, base_grouping, numeric_grouping
 from symoro_elastic.numerics.independence import independent_columns, pivoted_qr, rank
 from symoro_elastic.numerics.rank import cross_check, numerical_relations
 from tests.references.random_machines import random_machine, two_children
@@ -60,8 +60,8 @@ def test_nothing_is_independent(W: Array) -> None:
 @pytest.mark.parametrize("machine", [two_children(), *(random_machine(k, joints=4 + k) for k in range(4))])
 def test_relations_found_by_numbers_are_those_of_the_rules(machine: Machine) -> None:
     """The same base set, the same effects and, as the columns kept are independent, the same sums."""
-    rules = grouped(machine)
-    found = joined(machine, numerical_relations(machine, rules.kept))
+    rules = base_grouping(machine)
+    found = numeric_grouping(machine, numerical_relations(machine, rules.kept))
     assert {x for x, effect in found.effects.items() if effect == KEPT} == set(rules.kept)
     assert cross_check(machine, found, seed=1).agrees
     one, other = ({(p.joint, p.entry): p.formula.value() for p in each.parameters} for each in (rules, found))

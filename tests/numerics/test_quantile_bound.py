@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 from symoro_elastic.codegen.precision import SINGLE
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.accuracy import measure, rounded, rounded_values
-from symoro_elastic.numerics.arrays import evaluated
-from symoro_elastic.numerics.states import moderate_states
-from symoro_elastic.numerics.tails import CONFIDENCE, FITTED, bound_of_more, bound_of_quotients
+from symoro_elastic.numerics.arrays import evaluate_arrays
+from symoro_elastic.numerics.quantile_bound import CONFIDENCE, FITTED, bound_of_more, bound_of_quotients
 from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.verification.accuracy import measure, round_states, rounded_values
+from symoro_elastic.numerics.verification.states import moderate_states
+
+pytestmark = pytest.mark.sampled(5)
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RUNS, SHOWN, MORE = 1000, 2000, 10_000
@@ -66,9 +68,9 @@ def test_unseen_states_of_a_machine_are_within() -> None:
     traced, values = trace(machine, "inverse_dynamics"), parameter_values(machine)
     for seed in range(3):
         states = moderate_states(machine, 8000, seed, values)
-        results = evaluated(traced, rounded(states, SINGLE), rounded_values(values, SINGLE), np.float32)
+        results = evaluate_arrays(traced, round_states(states, SINGLE), rounded_values(values, SINGLE), np.float32)
         seen, unseen = (
-            measure(traced, {name: x[part] for name, x in results.items()}, states.part(part), values, SINGLE)
+            measure(traced, {name: x[part] for name, x in results.items()}, states[part], values, SINGLE)
             for part in (slice(0, 2000), slice(2000, None))
         )
         assert seen.worst < seen.unseen and unseen.worst <= seen.unseen

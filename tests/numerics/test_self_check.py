@@ -12,13 +12,12 @@ from click.testing import CliRunner
 
 from symoro_elastic.cli import cli
 from symoro_elastic.codegen.compile import compile_package
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.rounding import DOUBLE_ULP, RoundingModes
-from symoro_elastic.numerics.self_check import self_check
-from symoro_elastic.packaging import package
+from symoro_elastic.models.packaging import package
+from symoro_elastic.numerics.verification.self_check import DOUBLE_ULP, RoundingModes, self_check
 from tests.extremes import states as at
 from tests.extremes.brackets import bracketed
 from tests.extremes.machines import EXAMPLES, elastic_arm, nearly_parallel, six_axes
@@ -70,7 +69,7 @@ def test_machines_without_motors_parameters_or_any_result() -> None:
 def test_on_the_command_line(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = ["check", "--self", str(EXAMPLES / "planar_2r.toml")]
     said = CliRunner().invoke(cli, asked)
-    assert said.exit_code == 0 and "digits survive at worst" in said.stdout and "tau" in said.stdout
+    assert said.exit_code == 0 and "digits survive in the worst case" in said.stdout and "tau" in said.stdout
     figures = json.loads(CliRunner().invoke(cli, [*asked, "--json"]).stdout)["models"]
     assert 12 < figures["direct_dynamics"]["qdd"]["moderate"]["digits"] < 16
     monkeypatch.setenv("CC", "no-such-compiler")

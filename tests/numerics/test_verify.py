@@ -12,27 +12,30 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic import traced as tracing
 from symoro_elastic.codegen import compile as compiling
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing, compile_package, find_compiler
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models import catalogue
+from symoro_elastic.models import traced as tracing
 from symoro_elastic.models.catalogue import trace, trace_scene
-from symoro_elastic.numerics import reference
-from symoro_elastic.numerics import verify as verifying
-from symoro_elastic.numerics.states import extreme_states, moderate_states
+from symoro_elastic.models.packaging import package
 from symoro_elastic.numerics.values import NoValues, parameter_values
-from symoro_elastic.numerics.verify import Verification, verify
-from symoro_elastic.packaging import package
+from symoro_elastic.numerics.verification import reference
+from symoro_elastic.numerics.verification import verify as verifying
+from symoro_elastic.numerics.verification.linear_systems import distance
+from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
+from symoro_elastic.numerics.verification.verify import Verification, verify
 from tests.references import multiprecision
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
+
+pytestmark = pytest.mark.sampled(5)
 
 FIVE = ("direct_dynamics", "inverse_dynamics", "inertia_matrix", "bias_forces", "geometric_model")
 EVERYTHING = Scene(models=FIVE)
@@ -73,6 +76,7 @@ GOOD = [
 ]
 
 
+@pytest.mark.optimised
 @pytest.mark.parametrize(("machine", "scene"), GOOD)
 def test_good_machines_pass(machine: Machine, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each kind of extreme states twice. Only the C of the two-axis machine is optimised, as `check` does."""
@@ -99,14 +103,13 @@ def test_default_models_and_equal_results() -> None:
     assert verify(planar_2r(), states=(3, 8), seed=6) != first
 
 
-@pytest.mark.usefixtures("unoptimised")
+@pytest.mark.thorough
 def test_thirty_joint_tree() -> None:
     models = ("direct_dynamics", "inverse_dynamics")
     found = verify(random_machine(3, joints=30, symbolic=True), Scene(models=models), states=(2, 8))
     assert found.ok and found.models[0].numpy.error < 1e-12
 
 
-@pytest.mark.usefixtures("unoptimised")
 def test_more_joints_than_are_solved_for(monkeypatch: pytest.MonkeyPatch) -> None:
     """Then the traced models are the reference, and one state is solved."""
     monkeypatch.setattr(verifying, "MOST_SOLVED", 3)
@@ -115,12 +118,6 @@ def test_more_joints_than_are_solved_for(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 # What is wrong
-
-
-@pytest.fixture
-def unoptimised(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Wrong code is as wrong where the compiler takes half the time."""
-    monkeypatch.setattr(compiling, "optimisation", lambda package: "-O0")
 
 
 def spoiled(text: str, line: int) -> str:
@@ -134,7 +131,6 @@ def spoiled(text: str, line: int) -> str:
     return "".join(lines)
 
 
-@pytest.mark.usefixtures("unoptimised")
 @pytest.mark.parametrize("file", ["chain3.c", "chain3_batch.c"])
 @pytest.mark.parametrize("line", [0, 7, 23, 41, 60])
 def test_wrong_c_is_found(line: int, file: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -150,7 +146,6 @@ def test_wrong_c_is_found(line: int, file: str, monkeypatch: pytest.MonkeyPatch)
     assert wrong and all(worst.error > 1e-6 and worst.at.startswith("state ") for worst in wrong)
 
 
-@pytest.mark.usefixtures("unoptimised")
 @pytest.mark.parametrize("module", ["_direct_dynamics.py", "_inverse_dynamics.py", "_bias_forces.py"])
 def test_wrong_numpy_is_found(module: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def render(described: Package) -> dict[str, str]:
@@ -169,8 +164,6 @@ def changed_by(machine: Machine, **changed: Any) -> Machine:
     return replace(machine, joints=tuple(joints))
 
 
-@pytest.mark.usefixtures("unoptimised")
-@pytest.mark.usefixtures("unoptimised")
 @pytest.mark.parametrize(
     ("changed", "wrong"),
     [
@@ -263,7 +256,11 @@ def test_compilers_have_nothing_to_say(compiler: str, machine: Machine, tmp_path
         pytest.skip(f"no {compiler}")
     models = [trace(machine, name) for name in FIVE]
     compiled = compile_package(package(machine, models, ()), tmp_path, compiler=(compiler,))
-    assert compiled.call("geometric_model", q=np.zeros(len(machine.moving)))["T"].shape == (len(machine.joints), 4, 4)
+    assert compiled.call("geometric_model", q=np.zeros(len(machine.independent)))["T"].shape == (
+        len(machine.joints),
+        4,
+        4,
+    )
 
 
 def test_compiler_of_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -299,6 +296,7 @@ def test_a_refused_text_is_quoted(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         compile_package(described(), tmp_path, unused)
 
 
+@pytest.mark.optimised
 def test_long_functions_are_not_optimised() -> None:
     assert compiling.optimisation(described()) == "-O2"
     machine = chain(40)
@@ -366,14 +364,14 @@ def test_reference_solves_exactly() -> None:
     """Against the other derivation, in 50 digits."""
     machine = two_children(symbolic=True)
     values = parameter_values(machine)
-    point = reference.Reference(machine, values, (), solved=True).at(moderate_states(machine, 1).at(0))
-    state = moderate_states(machine, 1).at(0)
+    point = reference.Reference(machine, values, (), solved=True).at(moderate_states(machine, 1)[0].blocks)
+    state = moderate_states(machine, 1)[0].blocks
     q, qd, tau, qdd_motor = (state[name].tolist() for name in ("q", "qd", "tau", "qdd_motor"))
     wanted = multiprecision.direct_dynamics(machine, q, qd, tau, values)
-    assert reference.distance(point.model(trace(machine, "direct_dynamics"))["qdd"], wanted) < 1e-45
+    assert distance(point.model(trace(machine, "direct_dynamics"))["qdd"], wanted) < 1e-45
     torques, accelerations = multiprecision.inverse_dynamics(machine, q, qd, qdd_motor, values)
     found = point.model(trace(machine, "inverse_dynamics"))
-    assert reference.distance(found["tau"], torques) < 1e-45
-    assert reference.distance(found["qdd"], accelerations) < 1e-45
+    assert distance(found["tau"], torques) < 1e-45
+    assert distance(found["qdd"], accelerations) < 1e-45
     frames = [x for frame in multiprecision.geometric_model(machine, q, values) for row in frame for x in row]
-    assert reference.distance(point.model(trace(machine, "geometric_model"))["T"], frames) < 1e-45
+    assert distance(point.model(trace(machine, "geometric_model"))["T"], frames) < 1e-45

@@ -14,20 +14,23 @@ import pytest
 from symoro_elastic.codegen.closed_form import closed_equations, closed_forms
 from symoro_elastic.codegen.latex import arrays, number, solution
 from symoro_elastic.codegen.notation import Notation
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine, toml
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace, trace_scene
-from symoro_elastic.packaging import package
+from symoro_elastic.models.packaging import package
+from symoro_elastic.pages.equations.mathml import mathml, pieces
+from symoro_elastic.pages.equations.page import html_page, latex_document
+from symoro_elastic.pages.equations.pdf import ENGINES, pdf
 from symoro_elastic.quantities import INTERMEDIATES
-from symoro_elastic.reports.mathml import mathml, pieces
-from symoro_elastic.reports.page import html_page, latex_document
-from symoro_elastic.reports.pdf import ENGINES, pdf
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Expression
 from tests.counted_calls import calls_of
 from tests.generated_code import ALL_MODELS
-from tests.reports.document_readers import Page, Reader
+from tests.pages.document_readers import Page, Reader
+
+pytestmark = pytest.mark.sampled(5)
 
 ASKED = ("geometric_model", "inertia_matrix")
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -309,8 +312,8 @@ def test_joints_that_follow_others_are_named_so():
     text = latex_document(found, function)
     for name, kind in (("rotor", "coupled"), ("forearm", "passive, given by a loop, $q_{3}$ in rad"), ("pin", "cut")):
         assert rf"\makebox[45mm][l]{{{name}}}{kind}\par" in text
-    assert "docs/closed\\_chains.md" in text and "closed chains" not in latex_document(*made("odd", "inertia_matrix"))
-    assert "docs/closed_chains.md" in html_page(found, function)
+    assert "docs/loop\\_equations.md" in text and "closed chains" not in latex_document(*made("odd", "inertia_matrix"))
+    assert "docs/loop_equations.md" in html_page(found, function)
 
 
 def test_text_of_the_user_is_escaped():
@@ -321,10 +324,11 @@ def test_text_of_the_user_is_escaped():
     assert r"long\_joint\_name" in latex_document(found, function)
 
 
+@pytest.mark.thorough
 def test_bytes_do_not_depend_on_the_hash_seed():
     code = (
         "import hashlib, sys; sys.path.insert(0, sys.argv[1]);"
-        "from tests.reports.test_equations import *; found = made('odd', 'direct_dynamics');"
+        "from tests.pages.test_equations import *; found = made('odd', 'direct_dynamics');"
         "print(hashlib.sha256((latex_document(*found) + html_page(*found)).encode()).hexdigest())"
     )
     root = str(EXAMPLES.parent)
@@ -371,6 +375,7 @@ def generic_chain(count):
     return toml.read(text, "chain.toml")
 
 
+@pytest.mark.thorough
 def test_pages_of_a_twenty_joint_chain_take_seconds_at_most():
     """Counted in function calls, some millions a second; the inertia matrix is quadratic in the joints."""
 

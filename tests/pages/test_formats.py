@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.columns import cells
-from symoro_elastic.machine.formats import motion_keys, par_syntax, read_machine, read_scene, toml_keys
-from symoro_elastic.machine.formats.keys import Section
-from symoro_elastic.machine.formats.par_keys import KEYS, Place
-from symoro_elastic.machine.formats.toml_keys import BODY, MACHINE, SCENE, SECTIONS
-from symoro_elastic.machine.machine import Joint, Kind
-from symoro_elastic.reports.formats import formats_page
-from symoro_elastic.time_series.column_names import NAMED_COLUMNS, NamedColumn
-from symoro_elastic.time_series.columns import named_columns
+from symoro_elastic.analysis.time_series.named_columns import NAMED_COLUMNS, NamedColumn, named_columns
+from symoro_elastic.formats import read_machine, read_scene
+from symoro_elastic.formats.par import syntax as par_syntax
+from symoro_elastic.formats.par.keys import KEYS
+from symoro_elastic.formats.toml import keys as toml_keys
+from symoro_elastic.formats.toml import motion_keys
+from symoro_elastic.formats.toml.key import Section
+from symoro_elastic.formats.toml.keys import BODY, MACHINE, SCENE, SECTIONS
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.pages.formats import formats_page
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -88,15 +88,8 @@ def test_every_key_of_scenes_stands_in_an_example() -> None:
 def test_every_key_of_par_stands_in_an_example() -> None:
     texts = [(EXAMPLES / name).read_text(encoding="utf-8") for name in ("all_keys.par", "four_bar.par")]
     found = [par_syntax.take_apart(text, "") for text in texts]
-    shown = {key for one in found for key in (*one.numbers, *one.lists, *one.extensions)}
+    shown = {key for one in found for key in (*one.numbers, *one.lists)}
     assert shown == {key.name for key in KEYS}
-
-
-def test_par_has_a_place_for_every_cell() -> None:
-    """A new column needs a row, and has one."""
-    named = {cell.par for cell, _ in cells(Joint("", 0, Kind.FIXED, 2))}
-    assert named <= {key.name for key in KEYS}
-    assert {key.name for key in KEYS if key.place is Place.EXTENSION} == {*par_syntax.EXTENSIONS}
 
 
 @pytest.mark.parametrize("column", NAMED_COLUMNS, ids=lambda column: column.name)

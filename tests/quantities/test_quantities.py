@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
@@ -12,10 +13,11 @@ import pytest
 
 from symoro_elastic.codegen.latex import arrays
 from symoro_elastic.codegen.notation import Notation
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.machine.machine import Given, Machine, Orientation
-from symoro_elastic.machine.names import reserved
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.machine.machine import KnownOfBase, Machine, Orientation
+from symoro_elastic.machine.names import why_reserved
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics.dynamics import SingularPivot
@@ -26,10 +28,10 @@ from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
 from symoro_elastic.models.implicit_steps import implicit_system
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites
+from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.time_steps import ways_to_give_motors
-from symoro_elastic.numerics.verify import verify
-from symoro_elastic.packaging import reserved_words
-from symoro_elastic.pipeline import programs
+from symoro_elastic.numerics.verification.verify import verify
+from symoro_elastic.pages.equations.page import html_page, latex_document
 from symoro_elastic.quantities import (
     INTERMEDIATES,
     PREFIXES,
@@ -37,21 +39,19 @@ from symoro_elastic.quantities import (
     Intermediate,
     Quantity,
     Role,
-    cited,
+    citation,
     is_intermediate,
-    numbers_cited,
     quantity,
 )
 from symoro_elastic.quantities.units import FORCE, POSITION, VELOCITY, Unit, quotient, same
-from symoro_elastic.reports.page import html_page, latex_document
 from symoro_elastic.symbolic.program import Section
+from tests.analysis.vibration.machines import drive
 from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import run
 from tests.generated_code import rendered
 from tests.models.test_feed_forward import with_springs
 from tests.models.test_floating_base import on
 from tests.references.random_machines import chain, planar_2r, random_machine
-from tests.vibration.machines import drive
 
 EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.toml")) + sorted(
     (Path(__file__).resolve().parents[2] / "examples").glob("*.par")
@@ -76,7 +76,7 @@ SHARE = Intermediate(
 def _momenta(bound: Bound, asked: Joints) -> Results:
     composites = inertia_matrix(bound.mechanism)
     name_composites(bound, composites)
-    shares = {(j, i): composites.A[j][i] * bound.qd[i] for j in asked for i in bound.machine.moving}
+    shares = {(j, i): composites.A[j][i] * bound.qd[i] for j in asked for i in bound.machine.independent}
     for (j, i), x in shares.items():
         bound.names.give(x, f"mom{j}_{i}", Section("Momenta", j, "[8]"))
     return {"L": Result(asked, tuple(sum(x for (j, _), x in shares.items() if j == row) for row in asked))}
@@ -116,7 +116,7 @@ def test_a_new_quantity_has_a_symbol(momenta: str) -> None:
 
 def test_names_of_a_new_quantity_are_refused_or_avoided(momenta: str) -> None:
     """Intermediates and models are refused as names of users; a result is not, generated code avoids it."""
-    assert reserved("mom2_1") and reserved(momenta, reserved_words())
+    assert why_reserved("mom2_1") and why_reserved(momenta, reserved_words())
     machine = planar_2r()
     renamed = replace(machine, joints=(replace(machine.joints[0], variable="L"), *machine.joints[1:]))
     assert verify(renamed, Scene((momenta,)), states=(2, 1)).ok
@@ -127,7 +127,7 @@ def test_a_new_model_is_verified(momenta: str) -> None:
 
 
 def test_the_toy_is_gone() -> None:
-    assert "momenta" not in MODELS and "L" not in QUANTITIES and reserved("mom2_1") is None
+    assert "momenta" not in MODELS and "L" not in QUANTITIES and why_reserved("mom2_1") is None
 
 
 # Rows of what models use
@@ -154,7 +154,7 @@ def machines() -> list[Machine]:
     floating = [
         on(
             random_machine(seed, joints=2 + seed % 2, symbolic=True),
-            tuple(Given)[seed % 2],
+            tuple(KnownOfBase)[seed % 2],
             turned=tuple(Orientation)[seed // 2 % 2],
         )
         for seed in range(20, 23)
@@ -171,16 +171,19 @@ def traces() -> Iterator[tuple[Machine, TracedModel]]:
                 yield machine, trace(machine, name)
             except (InputError, SingularPivot):
                 continue
-        if machine.moving and not machine.floating:
-            yield machine, trace(under_forces(machine, [machine.joint(machine.moving[-1]).name]), "external_forces")
-        if machine.moving and len(machine.moving) < 8 and _takes_steps(machine):
+        if machine.independent and not machine.floating:
+            yield (
+                machine,
+                trace(under_forces(machine, [machine.joint(machine.independent[-1]).name]), "external_forces"),
+            )
+        if machine.independent and len(machine.independent) < 8 and _takes_steps(machine):
             for motors in ways_to_give_motors(machine):
                 yield from ((machine, one) for one in implicit_system(machine, motors))
             yield from ((machine, one) for one in (base_models(machine) if machine.floating else ()))
 
 
 def _takes_steps(machine: Machine) -> bool:
-    return machine.floating is None or machine.floating.known is Given.WRENCH
+    return machine.floating is None or machine.floating.known is KnownOfBase.WRENCH
 
 
 @cache
@@ -194,7 +197,7 @@ def found() -> Found:
     prefixes, wrong = set(), []
     for machine, traced in traces():
         program, outputs = traced.program, set(traced.results)
-        variables = {str(machine.joint(j).variable) for j in machine.owners}
+        variables = {str(machine.joint(j).variable) for j in machine.with_variable}
         given = [x for argument in program.inputs for x in argument.symbols]
         for name in (*(s.name for s in (*program.once, *program.statements)), *given):
             prefix = next((prefix for prefix in PREFIXES if name.startswith(prefix)), "")
@@ -206,6 +209,7 @@ def found() -> Found:
     return Found(frozenset(rows), frozenset(prefixes), tuple(wrong))
 
 
+@pytest.mark.thorough
 def test_every_generated_name_has_one_row() -> None:
     assert found().wrong == ()
 
@@ -300,18 +304,34 @@ def test_sentences_name_the_unit() -> None:
 # Equation numbers
 
 
+def numbers_cited(text: str) -> tuple[int, ...]:
+    """Equation numbers of a text that cites them, ranges written out: 8 and 12 to 14 of `[8], [12]-[14]`."""
+    found: list[int] = []
+    for first, last in re.findall(r"\[(\d+)\](?:-\[(\d+)\])?", text):
+        found += range(int(first), int(last or first) + 1)
+    return tuple(found)
+
+
 def test_citations_are_read_and_written() -> None:
-    assert cited((28, 50)) == "[28], [50]" and cited(()) == ""
+    assert citation((28, 50)) == "[28], [50]" and citation(()) == ""
     assert numbers_cited("[8], [12]-[14]") == (8, 12, 13, 14)
     assert numbers_cited("(Pieper 1968, Paul 1981)") == ()
     for row in (*QUANTITIES.values(), *INTERMEDIATES):
-        assert numbers_cited(cited(row.equations)) == row.equations
+        assert numbers_cited(citation(row.equations)) == row.equations
         assert all(1 <= number <= 61 for number in row.equations)
 
 
 def test_intermediate_names_are_told_from_others() -> None:
     assert all(map(is_intermediate, ("H5", "H5a", "K5_33", "K5_x", "sin_q1", "by_q2_f3_6", "T0_11")))
     assert not any(map(is_intermediate, ("L1", "K4", "x", "F_max", "pose_1", "bstar3", "N5_1", "DV2_x")))
+
+
+def test_a_name_without_a_row_is_refused_with_what_to_add() -> None:
+    what = "momentum: no row of the table of quantities has this name: add it to quantities/signatures.py"
+    with pytest.raises(LookupError, match=what):
+        quantity("momentum")
+    with pytest.raises(LookupError, match="dtau_dmomentum: no row"):
+        quantity("dtau_dmomentum")
 
 
 def test_parts_have_the_symbol_of_their_quantity() -> None:

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import Cell, cells, with_cells
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import Base, Given, Machine, Parameter
+from symoro_elastic.machine.machine import Base, KnownOfBase, Machine, Parameter
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
 from symoro_elastic.quantities import INTERMEDIATES, PREFIXES, Intermediate, PairUnit, Quantity, Unit
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
@@ -73,7 +73,7 @@ def symbolic(machine: Machine) -> Machine:
     return replace(machine, base=gravity, parameters=(*machine.parameters, Parameter("g0", Formula.parse(9.81))))
 
 
-def floating(machine: Machine, known: Given) -> Machine:
+def floating(machine: Machine, known: KnownOfBase) -> Machine:
     """The machine on a floating base, the numbers of its body named."""
     named: list[Parameter] = []
 
@@ -99,7 +99,7 @@ def parameter_scales(machine: Machine) -> dict[str, float]:
 
 def inputs(machine: Machine, traced: TracedModel, rng: np.random.Generator) -> Iterator[tuple[str, float, float]]:
     """Each variable, a value, the scale of its unit."""
-    sigma = {"n": [j.sigma for j in machine.moving_joints], "m": [machine.joint(j).sigma for j in machine.motors]}
+    sigma = {"n": [j.sigma for j in machine.independent_joints], "m": [machine.joint(j).sigma for j in machine.motors]}
     scales = parameter_scales(machine)
     for parameter in machine.parameters:
         yield parameter.name, parameter.value.value(), scales[parameter.name]
@@ -112,9 +112,9 @@ def inputs(machine: Machine, traced: TracedModel, rng: np.random.Generator) -> I
 
 def entries(machine: Machine, traced: TracedModel, row: Quantity, shape: tuple[int, ...]) -> list[list[int]]:
     """Kinds that each entry of a result belongs to, its row first."""
-    moving = [joint.sigma for joint in machine.moving_joints]
+    moving = [joint.sigma for joint in machine.independent_joints]
     motors = [machine.joint(j).sigma for j in machine.motors]
-    others = [machine.joint(j).sigma for j in machine.moving if j not in machine.motors]
+    others = [machine.joint(j).sigma for j in machine.independent if j not in machine.motors]
     six = [kind(k) for k in range(1, 7)]
     of = {"n": (moving, others, six + moving), "m": (motors,), "6": (six,), "(n - m)": (others,)}
     if row.axes == (TRIANGLE,):
@@ -160,7 +160,7 @@ def traces(machine: Machine) -> Iterator[TracedModel]:
 CASES = [
     *(symbolic(random_machine(k, joints=4, symbolic=True, prismatic=0.5)) for k in range(4)),
     symbolic(two_children(symbolic=True)),
-    *(floating(symbolic(random_machine(k, joints=3, symbolic=True)), known) for k, known in enumerate(Given)),
+    *(floating(symbolic(random_machine(k, joints=3, symbolic=True)), known) for k, known in enumerate(KnownOfBase)),
 ]
 
 

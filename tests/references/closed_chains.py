@@ -84,8 +84,8 @@ class Chain:
         self.machine = replace(machine, joints=tuple(map(_with_reflected_inertia, machine.joints)))
         self.arithmetic = Arithmetic(number, +mp.pi, FUNCTIONS)
         self.values = names_of(self.machine, self.arithmetic, values or {})
-        self.own = self._names(machine.owners)
-        self.independent = self._names(machine.moving)
+        self.own = self._names(machine.with_variable)
+        self.independent = self._names(machine.independent)
         self.dependent = self._names(machine.dependent)
         self.motors = self._names(machine.motors)
         self.cuts = [_variable(joint) for joint in machine.joints if joint.kind is Kind.CUT and joint.sigma != 2]
@@ -175,13 +175,13 @@ class Chain:
         """What springs and their dampers exert on the own variables: minus the gradient of the energy, minus d xd."""
         slopes = self.gradient(lambda variables: [self.spring_energy(variables)], at, self.own)[0]
         rows = self.numbers(at).joints
-        damping = [rows[j - 1].damping for j in self.machine.owners]
+        damping = [rows[j - 1].damping for j in self.machine.with_variable]
         return np.array([-k - d * xd for k, d, xd in zip(slopes, damping, rates, strict=True)], dtype=object)
 
     def friction(self, at: Variables, rates: Sequence[Any]) -> Array:
         """Coulomb and viscous friction of the joints that own a variable, against its rate."""
         rows = self.numbers(at).joints
-        pairs = zip((rows[j - 1] for j in self.machine.owners), rates, strict=True)
+        pairs = zip((rows[j - 1] for j in self.machine.with_variable), rates, strict=True)
         return np.array([-row.friction(xd) for row, xd in pairs], dtype=object)
 
     def spread_motors(self, tau: Sequence[Any]) -> Array:

@@ -11,14 +11,14 @@ from types import ModuleType
 import numpy as np
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.formats.robots.modified_dh import SEAT
-from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
-from symoro_elastic.machine.formats.robots.urdf import describe
+from symoro_elastic.formats.robots.joint_tree import Tree, tree_of
+from symoro_elastic.formats.robots.modified_dh import SEAT
+from symoro_elastic.formats.robots.urdf import describe
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import Traced, trace_models
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.symbolic.program import OperationCount
-from symoro_elastic.traced import Traced, traced
 from tests.references.numbers_of_machine import Array
 from tests.references.urdf_in_pinocchio import Robot, Values, random_motion
 
@@ -52,7 +52,7 @@ class ComparedRobot:
 
     @cached_property
     def traced(self) -> Traced:
-        return traced(self.machine, Scene(models=("inverse_dynamics", "geometric_model")))
+        return trace_models(self.machine, Scene(models=("inverse_dynamics", "geometric_model")))
 
     @cached_property
     def module(self) -> ModuleType:
@@ -92,7 +92,7 @@ class ComparedRobot:
         ours, theirs = self.our_frames(zero), self.robot.frames(zero)
         found: dict[str, tuple[int | None, Array]] = {}
         for link in self.robot.links:
-            joint = self.tree.carried[link].joint
+            joint = self.tree.carrying[link].joint
             leaf = link in self.row_of_leaf
             row = self.row_of_leaf[link] if leaf else self.row_of_joint[joint.name] if joint else None
             found[link] = row, np.eye(4) if leaf or row is None else np.linalg.inv(ours[row]) @ theirs[link]

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Closing, Kind, Machine
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import given_values
@@ -32,12 +32,12 @@ class CutTree:
         assert all(turning)
         rows = (replace(x, kind=Kind.FIXED, sigma=2) if x.kind is Kind.CUT else x for x in machine.joints)
         self.tree = replace(machine, joints=tuple(rows), loops=())
-        self.names = [joint.name for joint in self.tree.moving_joints]
+        self.names = [joint.name for joint in self.tree.independent_joints]
         ends = [machine.joint(j).name for loop in machine.loops for j in (loop.cut, loop.meets)]
         frames = {"jacobian": tuple(f"{name} in base" for name in ends)}
         self._model = numpy_model(self.tree, ("inertia_matrix", "bias_forces", "jacobian"), frames)
         values = given_values(machine)
-        laws = [(x.spring.stiffness, x.spring.neutral, x.spring.damping) for x in self.tree.moving_joints]
+        laws = [(x.spring.stiffness, x.spring.neutral, x.spring.damping) for x in self.tree.independent_joints]
         self.stiffness, self.neutral, self.damping = np.array([[x.value(values) for x in law] for law in laws]).T
 
     def accelerations(self, q: Array, qd: Array, tau: Array, moved: Array, told: Array) -> tuple[Array, Array]:

@@ -18,6 +18,7 @@ import mpmath
 import sympy as sp
 
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.once import once_for_each_machine
 from tests.references.numbers_of_machine import (
     Arithmetic,
     Array,
@@ -76,6 +77,17 @@ def lagrange(machine: Machine, values: Values | None = None) -> Functions:
     inertia_of = _in_many_digits(sp.lambdify([time, q], inertia, modules="mpmath", cse=True))
     bias_of = _in_many_digits(sp.lambdify([time, q, qd], bias, modules="mpmath", cse=True))
     return inertia_of, lambda *state: [row[0] for row in bias_of(*state)]
+
+
+def inertia_and_bias(machine: Machine, q: Sequence[float], qd: Sequence[float]) -> tuple[Any, Any]:
+    """(A, H) at a state."""
+    inertia, bias = _lagrange_once(machine)
+    return inertia(q), bias(q, qd)
+
+
+@once_for_each_machine
+def _lagrange_once(machine: Machine) -> Functions:
+    return lagrange(machine)
 
 
 def _in_many_digits(function: Callable[..., Any]) -> Callable[..., list[list[Any]]]:

@@ -16,15 +16,15 @@ import mujoco
 import numpy as np
 
 from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.formats.files import load_text
+from symoro_elastic.formats.robots.robot_formats import MJCF
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats.files import load_text
-from symoro_elastic.machine.formats.robots.formats import MJCF
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.renaming import renamed
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.valid_names import with_valid_names
+from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.packaging import reserved_words
-from symoro_elastic.traced import traced
 
 mujoco.set_mju_user_warning(lambda _: None)  # else it writes a file into the working folder
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -55,10 +55,10 @@ class Compared:
     def of_file(cls, path: Path) -> Compared:
         """Read a file both ways."""
         raw = MJCF.read(load_text(path), str(path))
-        machine = renamed(raw, reserved_words())
+        machine = with_valid_names(raw, reserved_words())
         check(machine)
         with tempfile.TemporaryDirectory() as folder:
-            generated = import_package(render_numpy(traced(machine, Scene(models=MODELS)).package), Path(folder))
+            generated = import_package(render_numpy(trace_models(machine, Scene(models=MODELS)).package), Path(folder))
         model = mujoco.MjModel.from_xml_path(str(path))
         return cls(machine, tuple(joint.name for joint in raw.joints), generated, modelled_part(model))
 
@@ -84,8 +84,8 @@ class Compared:
 
     def _state(self, rng: np.random.Generator) -> dict[str, Array]:
         """Random arguments of the inverse model; those of a floating base too."""
-        moving, motors = len(self.machine.moving), len(self.machine.motors)
-        state = {"q": rng.uniform(-1.5, 1.5, moving), "qd": rng.uniform(-2, 2, moving)}
+        independent, motors = len(self.machine.independent), len(self.machine.motors)
+        state = {"q": rng.uniform(-1.5, 1.5, independent), "qd": rng.uniform(-2, 2, independent)}
         state["qdd_motor"] = rng.uniform(-5, 5, motors)
         if self.machine.floating:
             rotation, quaternion = np.zeros(9), rng.normal(size=4)
@@ -95,7 +95,7 @@ class Compared:
 
     def _put(self, data: Any, state: dict[str, Array], qdd: Array, *V0d: Array) -> None:
         """Give MuJoCo the positions, velocities and accelerations of a state."""
-        for k, j in enumerate(self.machine.moving):
+        for k, j in enumerate(self.machine.independent):
             joint = self._joint(j)
             data.qpos[joint.qposadr], data.qvel[joint.dofadr] = state["q"][k], state["qd"][k]
             data.qacc[joint.dofadr] = qdd[k]
@@ -129,7 +129,7 @@ class Compared:
         """Forces of motors, dry friction and the wrench on the base on MuJoCo's velocities, and which are ours."""
         applied, rows = np.zeros(self.model.nv), []
         by_motor = dict(zip(self.machine.motors, tau, strict=True))
-        for k, j in enumerate(self.machine.moving):
+        for k, j in enumerate(self.machine.independent):
             v = self._joint(j).dofadr[0]
             rows.append(int(v))
             applied[v] = by_motor.get(j, 0.0) - self.model.dof_frictionloss[v] * np.sign(state["qd"][k])

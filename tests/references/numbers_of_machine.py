@@ -120,10 +120,7 @@ def spread(machine: MachineNumbers, q: Any, zero: Any) -> list[Any]:
 
 
 def numbers_of(
-    machine: Machine,
-    arithmetic: Arithmetic = FLOATS,
-    values: Values | None = None,
-    known: Known = Known({}, {}),
+    machine: Machine, arithmetic: Arithmetic = FLOATS, values: Values | None = None, known: Known = Known({}, {})
 ) -> MachineNumbers:
     """The machine in numbers; `values` go before those that the machine gives. `ValueError` names what has none."""
     names = names_of(machine, arithmetic, values or {})

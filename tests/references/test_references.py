@@ -23,6 +23,8 @@ from tests.references.random_machines import (
     two_children,
 )
 
+pytestmark = pytest.mark.sampled(6)
+
 TOLERANCE_50_DIGITS = 1e-45
 
 
@@ -86,7 +88,7 @@ def test_multiprecision_against_pinocchio(machine: Machine) -> None:
 def test_multiprecision_is_consistent(machine: Machine) -> None:
     """Direct and inverse undo each other; A qdd + H is the projection of the wrenches of the whole motion."""
     q, qd, tau = random_state(machine, 2)
-    motors = [k for k, j in enumerate(machine.moving) if machine.joints[j - 1].kind == Kind.MOTOR]
+    motors = [k for k, j in enumerate(machine.independent) if machine.joints[j - 1].kind == Kind.MOTOR]
     qdd = reference.direct_dynamics(machine, q, qd, tau)
     torques, accelerations = reference.inverse_dynamics(machine, q, qd, [qdd[k] for k in motors])
     assert worst(torques, tau) < TOLERANCE_50_DIGITS
@@ -107,9 +109,9 @@ def test_reaction_wrenches_hold_the_joint_forces(machine: Machine) -> None:
     qdd = reference.direct_dynamics(machine, q, qd, tau)
     wrenches = reference.reaction_wrenches(machine, q, qd, qdd)
     forces = reference.generalized_forces(machine, q, qd, qdd)
-    rows = [machine.joints[j - 1] for j in machine.moving]
+    rows = [machine.joints[j - 1] for j in machine.independent]
     values: dict[str, float] = {p.name: p.value.value() for p in machine.parameters if p.value}
-    for row, j, force, rate, acceleration in zip(rows, machine.moving, forces, qd, qdd, strict=True):
+    for row, j, force, rate, acceleration in zip(rows, machine.independent, forces, qd, qdd, strict=True):
         friction = row.friction.coulomb.value(values) * np.sign(rate) + row.friction.viscous.value(values) * rate
         through = wrenches[j - 1][2 if row.sigma == 1 else 5]
         total = float(through) + row.rotor_inertia.value(values) * float(acceleration) + friction
@@ -234,7 +236,7 @@ def test_random_machines_are_regular_even_when_aligned() -> None:
         machine = random_machine(seed, joints=7, massless=0.6)
         massless += sum(joint.body == Body() and joint.sigma != 2 for joint in machine.joints)
         for turn in (0.0, np.pi / 2):
-            q = [turn if machine.joints[j - 1].sigma == 0 else 0.0 for j in machine.moving]
+            q = [turn if machine.joints[j - 1].sigma == 0 else 0.0 for j in machine.independent]
             inertia = floats(reference.inertia_matrix(machine, q))
             scale = 1 / np.sqrt(np.diag(inertia))
             assert np.linalg.eigvalsh(inertia * np.outer(scale, scale))[0] > 1e-5, machine

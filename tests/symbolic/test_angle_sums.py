@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from symoro_elastic.analysis.trade_off.trade import Request, trade
 from symoro_elastic.cli import cli
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, SINGLE, Precision
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace, trace_scene
-from symoro_elastic.pipeline import programs
 from symoro_elastic.symbolic.angle_sums import with_angle_sums
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Graph, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
 from symoro_elastic.symbolic.operations import SYMBOL
-from symoro_elastic.trade_off.trade import Request, trade
 from tests.references.random_machines import random_machine
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -105,7 +105,7 @@ def test_the_bound_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     for name in ("planar_2r.h", "__init__.py"):
         assert "valid for |q| <= 6.5 rad" in Path("generated/planar_2r", name).read_text()
     result = CliRunner().invoke(cli, [*asked, "--model", "direct_dynamics"], catch_exceptions=False)
-    assert "note: sums of angles save nothing" in result.stderr
+    assert "note: merging angles saves no operations" in result.stderr
     assert "valid for" not in Path("generated/planar_2r/planar_2r.h").read_text()
 
 
@@ -117,6 +117,6 @@ def test_sums_are_a_point_of_the_trade_where_they_pay(monkeypatch: pytest.Monkey
     known = trade(machine("rx90.par"), asked, Request("quick", states=4, rounds=1))
     assert {one.configuration.form.merged for one in known.measurements["geometric_model"]} == {False}
     far = trade(machine("planar_2r.toml"), asked, Request("quick", states=4, rounds=1, extreme=True))
-    assert any("beyond any bound" in note for note in far.notes)
+    assert any("exceed any bound" in note for note in far.notes)
     with pytest.raises(InputError, match=r"needs 3\.15 or more"):
         trade(machine("planar_2r.toml"), Scene(models=("jacobian",), merge_angles=1.0))

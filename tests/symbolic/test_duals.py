@@ -9,13 +9,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, multiprecision
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.gradient import gradient
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
 from tests.references.random_machines import random_machine, random_state
 from tests.references.small_motions import as_floats, differences, forces
 

@@ -12,14 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from symoro_elastic.symbolic import finite_field
-from symoro_elastic.symbolic.arithmetic import (
-    FLOATS,
-    RATIONAL,
-    Arithmetic,
-    ModularAngles,
-    evaluate,
-    multiprecision,
-)
+from symoro_elastic.symbolic.arithmetic import FLOATS, RATIONAL, Arithmetic, ModularAngles, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.finite_field import PRIME, TORSION, Residue, circle_of_pi, circle_of_radians
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
@@ -38,8 +31,7 @@ leaves = st.one_of(st.sampled_from([(name,) for name in NAMES]), constants)
 trees = st.recursive(
     leaves,
     lambda below: st.one_of(
-        st.tuples(st.sampled_from([ADD, SUBTRACT, MULTIPLY, DIVIDE]), below, below),
-        st.tuples(st.just(NEGATE), below),
+        st.tuples(st.sampled_from([ADD, SUBTRACT, MULTIPLY, DIVIDE]), below, below), st.tuples(st.just(NEGATE), below)
     ),
     max_leaves=16,
 )
@@ -175,6 +167,7 @@ def test_levels() -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(trees, st.tuples(rationals, rationals, rationals))
+@pytest.mark.thorough
 def test_rational_values_are_kept(tree: Any, numbers: tuple[Fraction, ...]) -> None:
     names = dict(zip(NAMES, numbers, strict=True))
     try:

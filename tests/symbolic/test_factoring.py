@@ -12,8 +12,10 @@ import pytest
 from symoro_elastic.symbolic import factoring
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Expression, Graph, Operand, reachable
-from symoro_elastic.symbolic.factoring import REWRITINGS, Recipes, Rewriting, Uses, factored, remade
+from symoro_elastic.symbolic.factoring import REWRITINGS, Recipes, Rewriting, Uses, factor_graph, remade
 from symoro_elastic.symbolic.operations import MULTIPLY
+
+pytestmark = pytest.mark.sampled(6)
 
 EXACT: Arithmetic[Fraction] = Arithmetic(Fraction, RATIONAL)
 
@@ -66,6 +68,6 @@ def test_all_of_them_save_products() -> None:
     graph = Graph()
     w, x, y, z = (graph.symbol(name) for name in "wxyz")
     roots = [x * y * w + x * z * w, y * (1 / z) * w]
-    values, nodes = factored(roots, ())
+    values, nodes = factor_graph(roots, ())
     assert [str(values[root.id]) for root in roots] == ["((w*x)*(y + z))", "(w*(y/z))"]
     assert [node.id for node in nodes] == sorted(node.id for node in nodes)

@@ -16,14 +16,14 @@ import pytest
 from symoro_elastic.codegen.body import C, Writer
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.targets.c import render_c
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine, Parameter
-from symoro_elastic.machine.names import reserved
+from symoro_elastic.machine.names import why_reserved
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
-from symoro_elastic.numerics.verify import verify
-from symoro_elastic.packaging import package, reserved_words
+from symoro_elastic.models.packaging import package, reserved_words
+from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, reachable
 from symoro_elastic.symbolic.functions import cosine_sine
@@ -37,11 +37,13 @@ from symoro_elastic.symbolic.program import (
     Section,
     build,
     by_section,
-    saved,
+    saving,
 )
 from tests.counted_calls import calls_of
 from tests.generated_code import ALL_MODELS, Assignment, c_functions, c_work, names_in, recount, rendered
 from tests.references.random_machines import chain, planar_2r, random_machine, two_children
+
+pytestmark = pytest.mark.sampled(6)
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ("two_axis.toml", "rx90.par", "puma560.par", "flex4.par", "planar_2r.toml")
@@ -141,7 +143,7 @@ def test_generated_names_cannot_be_those_of_a_user(subject: Subject) -> None:
         assert not set(made) & {*own, *arguments}, model
         arrays = [argument.name for argument in program.inputs]
         names = {*made, *arguments, *arrays, model} - own
-        assert [name for name in sorted(names) if reserved(name, reserved_words()) is None] == [], model
+        assert [name for name in sorted(names) if why_reserved(name, reserved_words()) is None] == [], model
 
 
 @pytest.mark.parametrize(
@@ -162,6 +164,7 @@ def _named(machine: Machine, row: int, **changes: str) -> Machine:
     return replace(machine, joints=tuple(joints))
 
 
+@pytest.mark.thorough
 def test_part_names_are_refused_too() -> None:
     """Every quantity that is named may have parts a, b, ..., z, aa: as names they are refused."""
     names = {
@@ -172,7 +175,7 @@ def test_part_names_are_refused_too() -> None:
     }
     parts = {name + letter for name in names for letter in ("a", "z", "ab")}
     parts |= {"result_a", "result_ab"}
-    assert [name for name in sorted(parts) if reserved(name) is None] == []
+    assert [name for name in sorted(parts) if why_reserved(name) is None] == []
 
 
 # Small programs by hand
@@ -256,7 +259,7 @@ def test_counts_by_hand() -> None:
 def test_counts_add_and_subtract() -> None:
     first, second = OperationCount(5, 4, 3, 2), OperationCount(1, 1, 1, 1)
     assert first + second == OperationCount(6, 5, 4, 3)
-    assert saved(first, second) == {"mul": 4, "add": 3, "div": 2, "sincos": 1}
+    assert saving(first, second) == {"mul": 4, "add": 3, "div": 2, "sincos": 1}
     assert first.products == 8
 
 
@@ -319,7 +322,7 @@ def test_a_name_given_first_stays_and_signs_go_outside() -> None:
 
 DIGESTS = """
 import hashlib, sys
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.scene import ALL, Scene
 from tests.generated_code import rendered
 from tests.references.random_machines import random_machine
@@ -332,6 +335,7 @@ for machine in machines:
 """
 
 
+@pytest.mark.thorough
 def test_the_same_bytes_whatever_the_hash_seed() -> None:
     paths = [str(ROOT / "examples" / name) for name in ("two_axis.toml", "flex4.par")]
     found = []
@@ -350,12 +354,13 @@ def test_the_same_bytes_whatever_the_hash_seed() -> None:
 def size(joints: int, model: str) -> tuple[int, int, int]:
     """Nodes of the graph, operations of a call, statements, for a generic chain."""
     bound = Bound(chain(joints))
-    MODELS[model].run(bound, tuple(bound.machine.moving))
+    MODELS[model].run(bound, tuple(bound.machine.independent))
     program = trace(chain(joints), model).program
     count = program.count
     return len(bound.graph), count.products + count.add + count.sincos, len(program.statements)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics", "bias_forces"])
 def test_nodes_and_operations_are_linear_in_the_joints(model: str) -> None:
     """Every further pair of joints of a generic chain adds the same, exactly; signs alternate joint by joint."""
@@ -375,6 +380,7 @@ def calls(joints: int) -> int:
     return calls_of(lambda: rendered(machine, Scene(models=("direct_dynamics",)), ["c"]))
 
 
+@pytest.mark.thorough
 def test_work_of_generating_is_linear_in_the_joints() -> None:
     """Counted in calls, which no busy machine changes: those of 40 joints against twice those of 20."""
     small, large = calls(20), calls(40)

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from symoro_elastic.foundation.scalar import Element
 from symoro_elastic.models.polynomial import Polynomial
-from symoro_elastic.scalar import Element
 from symoro_elastic.symbolic.duals import Dual
 from symoro_elastic.symbolic.expression import Expression, Graph, operand
 from symoro_elastic.symbolic.finite_field import Residue

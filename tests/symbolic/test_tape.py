@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import random
 
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, multiprecision
 from symoro_elastic.symbolic.tape import Tape
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from tests.model_ladder.scenes import two_axis
+from tests.analysis.ladder.scenes import two_axis
 
 
 def test_a_tape_has_the_values_of_evaluate_to_the_last_bit() -> None:

@@ -15,9 +15,9 @@ from statistics import NormalDist
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.noise import Noise, colours, residual_noise
+from symoro_elastic.analysis.identification.noise import Noise, colours, residual_noise
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 
 FROM_DATA = 1e-6  # independence of columns of length 1
@@ -41,7 +41,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Unknown:
-    """A sought parameter or group: label, formula over the parameters, unit, name of its joint, true value if
+    """A parameter or group to estimate: label, formula over the parameters, unit, name of its joint, true value if
     known (NaN if not), and its quantity (`K`, `FV`, `M`...)."""
 
     label: str
@@ -136,7 +136,7 @@ def solve(
     predicted = Y @ X
     found = _law(Y, tau, X, sigma, noise, correlation)
     raised = colours(found, (tau - predicted) / sigma)
-    covariance = spread @ found.raised(raised).of_scores(Y / sigma[:, None]) @ spread
+    covariance = spread @ found.scaled(raised).of_scores(Y / sigma[:, None]) @ spread
     return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, raised)
 
 
@@ -173,11 +173,12 @@ def _weighted(Y: Array, tau: Array, sigma: Array, noise: Sequence[Array]) -> tup
     directions = inverse @ axes
     pull = directions / (1 - np.minimum(share, MOST_NOISE))
     hidden = (directions**2 @ np.maximum(share, 0.0)) / (directions**2).sum(axis=1)
-    return pull @ (axes.T @ (Q.T @ right)) / lengths, _unscaled(pull @ directions.T, lengths), condition, hidden
-
-
-def _unscaled(covariance: Array, lengths: Array) -> Array:
-    return covariance / np.outer(lengths, lengths)
+    return (
+        pull @ (axes.T @ (Q.T @ right)) / lengths,
+        pull @ directions.T / np.outer(lengths, lengths),
+        condition,
+        hidden,
+    )
 
 
 def estimate(
@@ -200,7 +201,7 @@ def estimate(
     refuse_short(rows, len(unknowns), correlation, source)
     grouping = independent_columns(_balanced(Y), tolerance)
     if not grouping.kept:
-        raise InputError(source, "q", "this motion excites no parameter: move every joint, and faster")
+        raise InputError(source, "q", "this motion excites no parameter: move every joint, and move it faster")
     kept = list(grouping.kept)
     solution = solve(Y[:, :, kept], tau, noise=[D[:, :, kept] for D in noise], correlation=correlation)
     names = {j: joints[j] for j in still}
@@ -233,7 +234,7 @@ def refuse_short(rows: int, parameters: int, correlation: Sequence[float], sourc
     """
     least = math.ceil(FEWEST_ROWS * parameters * (2 * sum(correlation) - correlation[0]))
     if rows < least:
-        what = f"{rows} equations after filtering for {parameters} parameters, {least} are the least"
+        what = f"{rows} equations after filtering for {parameters} parameters: at least {least} are needed"
         raise InputError(source, "t", f"{what}: measure longer, or give known values")
 
 
@@ -280,7 +281,9 @@ def _hidden(Y: Array, tau: Array, solution: LeastSquares, joints: Sequence[str])
     hidden, lost = {}, {int(j) for j in owner[solution.noise > HIDDEN] if j >= 0 and not tau[:, j].any()}
     for k, noise in enumerate(solution.noise):
         if int(owner[k]) in lost:
-            hidden[k] = f"{joints[owner[k]]} has no motor and shows its parameters up to a factor: give one as known"
+            hidden[k] = (
+                f"{joints[owner[k]]} has no motor and determines its parameters only up to a factor: give one as known"
+            )
         elif noise > HIDDEN:
             hidden[k] = (
                 f"{min(100, round(100 * noise))} % of what distinguishes it from the others is noise of the positions"
@@ -314,14 +317,14 @@ def _consistency(estimates: Iterable[Estimate]) -> list[str]:
     for e in alone:
         if e.value < -enough * e.std:
             what = f"{e.unknown.label} = {e.value:.4g} is negative by {-e.value / e.std:.1f} standard deviations"
-            notes.append(f"{what}: no machine has that; something is missing in the model or in the data")
+            notes.append(f"{what}, which is physically impossible: something is missing in the model or in the data")
     return notes
 
 
 def _whiteness(solution: LeastSquares, joints: Sequence[str]) -> list[str]:
     """Return notes on joints whose residuals are correlated."""
     return [
-        f"residuals of {joint} are correlated over more than the filter: standard deviations are raised, {factor:.1f} "
+        f"residuals of {joint} stay correlated beyond the filter, so standard deviations are increased {factor:.1f} "
         "times where they rest on this joint; the model lacks something, or torques have slow noise"
         for joint, factor in zip(joints, solution.raised, strict=True)
         if factor > 1
@@ -334,4 +337,4 @@ def _standing(still: dict[int, str]) -> list[str]:
 
 def _absorbed(estimates: Iterable[Estimate]) -> list[str]:
     lost = [e.unknown.label for e in estimates if e.verdict is Verdict.NOT]
-    return [f"not found: {', '.join(lost)}; what they exert is within the values of the others"] if lost else []
+    return [f"not estimated: {', '.join(lost)}; their effect is contained in the values of the others"] if lost else []

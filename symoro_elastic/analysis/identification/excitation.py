@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.identify import structural_grouping
-from symoro_elastic.identification.regression import Regressor, refuse_unknown_labels, regressor
+from symoro_elastic.analysis.identification.identify import structural_grouping
+from symoro_elastic.analysis.identification.regression import Regressor, refuse_unknown_labels, regressor
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import independent_columns
-from symoro_elastic.packages import for_identification
 
 SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
 BETWEEN = 1.0025  # samples miss 1 - cos(pi / 48) of a peak of the fastest harmonic
@@ -47,7 +47,9 @@ class Limits:
         """Return limits from sequences by motor; raises `InputError` for limits without room."""
         arrays = [np.atleast_1d(np.array(x, dtype=float)) for x in (low, high, velocity, acceleration)]
         if len({len(x) for x in arrays}) > 1:
-            raise InputError("limits", "motors", "give as many low, high, velocity and acceleration limits as motors")
+            raise InputError(
+                "limits", "motors", "give as many low, high, velocity and acceleration limits as there are motors"
+            )
         for k, (a, b, v, d) in enumerate(zip(*arrays, strict=True)):
             if not (a < b and v > 0 and d > 0):
                 what = f"no room: low {a:g}, high {b:g}, velocity {v:g}, acceleration {d:g}"
@@ -160,7 +162,7 @@ class Condition:
 
     def states(self, motion: FourierMotion) -> tuple[Array, Array, Array]:
         """Return q, qd, qdd (samples, n) of all joints along one period."""
-        shape = (len(motion.times()), len(self.machine.moving))
+        shape = (len(motion.times()), len(self.machine.independent))
         q, qd, qdd = np.tile(self.Y.start, (shape[0], 1)), np.zeros(shape), np.zeros(shape)
         for x, given in zip((q, qd, qdd), motion.at(motion.times()), strict=True):
             x[:, self._motors] = given
@@ -175,7 +177,7 @@ class Condition:
     def _stiffness(self) -> tuple[list[int], Array, list[int], Array]:
         """Return elastic joints with known stiffness, and the inertial parameters that load them."""
         columns = self.Y.columns
-        own = {j: k for k, j in enumerate(self.machine.moving)}
+        own = {j: k for k, j in enumerate(self.machine.independent)}
         values = {(x.quantity, own[x.row]): x.value for x in columns if x.row in own}
         loading = [x.quantity not in (*OF_SPRINGS, "DA", "FV", "FS") for x in columns]
         loading = [a or (x.quantity in OF_SPRINGS and x.row not in own) for a, x in zip(loading, columns, strict=True)]

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.array_types import AnyArray, Array, BoolArray
-from symoro_elastic.errors import InputError
-from symoro_elastic.packages import for_identification
-from symoro_elastic.time_series.measurements import Measurements
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_identification
 
 ORDER = 4
 ABOVE_MOTION = 5.0  # Butterworth cut-off over the motion's bandwidth
@@ -45,11 +45,6 @@ class Filter:
     window: int
     step: int
     order: int = ORDER
-
-    @property
-    def kept_band(self) -> float:
-        """Frequency in Hz that averages halve."""
-        return self.sampling / self.window
 
     @property
     def trim(self) -> int:
@@ -110,7 +105,7 @@ class FilteredMotion:
         """Return some samples of q, qd, qdd."""
         return self.q[piece], self.qd[piece], self.qdd[piece]
 
-    def disturbed(self, twin: int, sign: float, piece: slice) -> tuple[Array, Array, Array]:
+    def with_other_noise(self, twin: int, sign: float, piece: slice) -> tuple[Array, Array, Array]:
         """Return some samples of q, qd, qdd with a twin of their noise added or taken away."""
         dq, dqd, dqdd = self.twins[twin]
         q, qd, qdd = self.part(piece)
@@ -209,7 +204,7 @@ def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
     """Return filtered positions, their derivatives, and the unfiltered torques of the same samples.
 
     Measured velocities and accelerations take the place of differences, through the same filter. Joints whose
-    filtered motion is within the noise that the filter removed are held still, so that noise is no excitation.
+    filtered motion is within the noise that the filter removed are held still, so that noise is not excitation.
     """
     if len(record.t) < 2 * chosen.trim + 2:
         what = f"{len(record.t)} samples are too few to filter at {chosen.cutoff:.3g} Hz: measure longer"

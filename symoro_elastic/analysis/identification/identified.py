@@ -1,18 +1,23 @@
-"""The machine with the values that were identified, for files and other commands."""
+"""What was identified, and the machine with these values, for files and other commands."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from symoro_elastic.identification.estimation import POSITIVE
-from symoro_elastic.identification.identify import Identification
-from symoro_elastic.identification.regression import RegressorColumn
-from symoro_elastic.identification.units import has_body
+from symoro_elastic.analysis.identification.estimation import POSITIVE
+from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.regression import RegressorColumn
+from symoro_elastic.analysis.identification.unit_parameters import has_body
+from symoro_elastic.analysis.identification.validation import Fit
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.progress import Announce, announce_nothing
+from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.checks import formulas
+from symoro_elastic.machine.described import with_changed_scene
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import BASE_PARAMETERS, Body, Joint, Kind, Machine, Spring
+from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 
@@ -22,7 +27,44 @@ Refit = Callable[[Mapping[str, float]], Identification]
 """The same identification with more values known, by label."""
 
 
-def identified(result: Identification, values: Mapping[str, float] | None = None) -> Machine:
+@dataclass(frozen=True, repr=False)
+class Identified(Result):
+    """Identified parameters of a machine, and what they predict of another record.
+
+    `saved` are the machine with the estimates and lines about values that are physically impossible.
+    """
+
+    found: Identification
+    records: tuple[Measurements, ...]
+    of_file: Machine
+    values: Mapping[str, float]
+    known: Mapping[str, float]
+    bandwidth: float | None
+    validation: Fit | None = None
+
+    @property
+    def estimates(self) -> Mapping[str, float]:
+        """Estimated values by label of the parameter or group."""
+        return {e.unknown.label: e.value for e in self.found.estimates}
+
+    @property
+    def headline(self) -> str:
+        """Machine, parameters and samples."""
+        return self.found.headline
+
+    def saved(self, step: Announce = announce_nothing) -> tuple[Machine, list[str]]:
+        """Return the machine with the estimates, and lines about estimates that no physical machine has."""
+        result = self.found
+
+        def again(fixed: Mapping[str, float]) -> Identification:
+            known, Y = {**self.known, **fixed}, result.equations.Y
+            return identify(result.machine, self.records, self.values, known, self.bandwidth, step=step, Y=Y)
+
+        fitted, lines = possible(result, again)
+        return replace(machine_with_estimates(fitted, self.values), loops=self.of_file.loops), lines
+
+
+def machine_with_estimates(result: Identification, values: Mapping[str, float] | None = None) -> Machine:
     """Return the machine with the estimates in place of inertial parameters, friction and springs.
 
     Inertial parameters are those of groups, so bodies are not real ones: torques are right. Parameters that joined
@@ -32,19 +74,18 @@ def identified(result: Identification, values: Mapping[str, float] | None = None
     """
     machine, found = result.machine, _values(result)
     joints = tuple(_with(joint, j, found) for j, joint in enumerate(machine.joints, start=1))
-    bare = replace(machine, joints=joints, extras={**machine.extras, BASE_PARAMETERS: "true"})
+    bare = replace(machine, joints=joints, is_grouped=True)
     before, after = ({name for _, formula in formulas(x) for name in formula.names} for x in (machine, bare))
     given = [
         replace(p, value=Formula.parse(values[p.name])) if values and p.name in values else p
         for p in machine.parameters
         if p.name not in before - after
     ]
-    scene = None if machine.scene is None else _without(machine.scene, before - after)
-    return replace(bare, parameters=tuple(given), scene=scene)
+    return with_changed_scene(replace(bare, parameters=tuple(given)), lambda scene: _without(scene, before - after))
 
 
 def possible(result: Identification, refit: Refit) -> tuple[Identification, list[str]]:
-    """Return a fit without negative masses, friction and the like, which no machine has, and a line for each of them.
+    """Return a fit without negative masses, friction and other impossible values, and a line for each of them.
 
     They are known to be 0 there, stiffnesses to be those of the file, and the others are fitted again. Raises
     `InputError` for a negative stiffness where the file gives none.
@@ -54,7 +95,7 @@ def possible(result: Identification, refit: Refit) -> tuple[Identification, list
     while negative := [(column, x) for column, x in _found(result) if column.quantity in POSITIVE and x < 0]:
         for column, x in negative:
             fixed[column.label] = value = _least(column, x, result.machine)
-            what = f"{column.label} = {x:.4g} is saved as {value:.6g}, for no machine has that"
+            what = f"{column.label} = {x:.4g} is saved as {value:.6g}, because it is physically impossible"
             lines.append(f"{what}; the others are fitted again, as with --known {column.label}={value:.6g}")
         result = refit(fixed)
     return result, lines
@@ -66,7 +107,7 @@ def _least(column: RegressorColumn, x: float, machine: Machine) -> float:
         return 0.0
     if column.value > 0:
         return column.value
-    what = f"{x:.4g} came out, no spring has that, and the file gives no value: give one, so that it can be saved"
+    what = f"{x:.4g} was estimated, which no spring can have, and the file gives no value: give one to save it"
     raise machine.error(f"known {column.label}", what)
 
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.estimation import Estimate, Estimation, Unknown, estimate, formula, refuse_short
-from symoro_elastic.identification.filtering import (
+from symoro_elastic.analysis.identification.estimation import (
+    Estimate,
+    Estimation,
+    Unknown,
+    estimate,
+    formula,
+    refuse_short,
+)
+from symoro_elastic.analysis.identification.filtering import (
     Filter,
     FilteredMotion,
     as_measured,
@@ -22,20 +26,22 @@ from symoro_elastic.identification.filtering import (
     moving,
     openness,
 )
-from symoro_elastic.identification.regression import (
+from symoro_elastic.analysis.identification.regression import (
     Regressor,
     RegressorColumn,
     refuse_unknown_labels,
     regressor,
     zero_entries,
 )
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.progress import Announce, announce_nothing
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.sizes import refuse_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
 from symoro_elastic.numerics.independent_joints import moved_by
-from symoro_elastic.progress import Announce, announce_nothing
-from symoro_elastic.results import Result
-from symoro_elastic.sizes import refuse_numbers
-from symoro_elastic.time_series.measurements import Measurements
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
@@ -55,7 +61,7 @@ class Rows:
 
 @dataclass(frozen=True)
 class Equations:
-    """tau = Y X of a machine: its regressor, the columns that are sought, values of those that are known."""
+    """tau = Y X of a machine: its regressor, the columns to estimate, values of those that are known."""
 
     machine: Machine
     Y: Regressor
@@ -71,7 +77,7 @@ class Equations:
         motion = filtered_motion(record, chosen) if chosen else as_measured(record)
         self._refuse_open(motion, record.source)
         counted = self._counted(motion, chosen)
-        left = self.Y.driven(motion.q, motion.tau)
+        left = self.Y.joint_torques(motion.q, motion.tau)
         pieces = _pieces(len(motion.t), chosen)
         averages = zip(*(self._averages(motion, left, counted, piece, chosen) for piece in pieces), strict=True)
         t, tau, right, *noise = (np.concatenate(x) for x in averages)
@@ -81,10 +87,10 @@ class Equations:
 
     def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
         """Raise `InputError` for positions at which the loops do not close."""
-        parted = np.flatnonzero(~self.Y.closed(motion.q))
+        parted = np.flatnonzero(~self.Y.closes(motion.q))
         if len(parted):
             where = f"at {len(parted)} of {len(motion.t)} samples, first at t = {motion.t[parted[0]]:g} s"
-            what = "are positions counted as in the machine's file, in rad and m?"
+            what = "do positions have the zero of the machine's file, in rad and m?"
             raise InputError(source, "q", f"loops do not close, or jump to another branch, {where}: {what}")
 
     def _counted(self, motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
@@ -102,7 +108,7 @@ class Equations:
         """Return averages of t, tau, Y, and of half the differences of Y between opposite noises."""
         motions = [motion.part(piece)]
         for twin in range(len(motion.twins)):
-            motions += [motion.disturbed(twin, sign, piece) for sign in (1.0, -1.0)]
+            motions += [motion.with_other_noise(twin, sign, piece) for sign in (1.0, -1.0)]
         columns = [self.Y.evaluate(*x, self.kept) for x in motions]
         halves = [(one - other) / 2 for one, other in zip(columns[1::2], columns[2::2], strict=True)]
         known = self.Y.evaluate(*motions[0], list(self.known)) @ np.array(list(self.known.values()))
@@ -141,18 +147,6 @@ class Identification(Result):
         """Machine, parameters and samples."""
         return f"Identification of {self.machine.name}: {len(self.estimates)} parameters from {len(self.t)} samples"
 
-    def columns(self) -> dict[str, list[Any]]:
-        """Return a row for each parameter or group: label, formula, value, standard deviation, unit, verdict."""
-        found = self.estimates
-        return {
-            "label": [e.unknown.label for e in found],
-            "formula": [e.unknown.formula for e in found],
-            "value": [e.value for e in found],
-            "std": [e.std for e in found],
-            "unit": [e.unknown.unit for e in found],
-            "verdict": [str(e.verdict) for e in found],
-        }
-
 
 def identify(
     machine: Machine,
@@ -188,7 +182,7 @@ def identify(
     _refuse_zero_torques(stack.tau, records[0].source)
     step("solve")
     unknowns = _unknowns(Y.columns, sought, structure)
-    names = tuple(joint.name for joint in machine.moving_joints)
+    names = tuple(joint.name for joint in machine.independent_joints)
     source = records[0].source
     estimation = estimate(
         stack.Y, stack.tau, unknowns, names, stack.still, noise=stack.noise, correlation=correlation, source=source
@@ -218,7 +212,7 @@ def _refuse_large(records: Sequence[Measurements], chosen: Filter | None, parame
     """Raise `InputError` for equations that have no room; those with both twins of noise count."""
     rows = _equations(records, chosen)
     what = f"{rows} equations after filtering for {parameters} parameters"
-    way_out = "use less of the record (--from, --to), or a lower --bandwidth"
+    way_out = "use less of the record (--after, --before), or a lower --bandwidth"
     refuse_numbers(3 * rows * parameters, what, records[0].source, "t", way_out)
 
 
@@ -315,10 +309,10 @@ def _neutral(estimation: Estimation, machine: Machine) -> dict[str, tuple[float,
 
 
 def _zero_in_the_table(machine: Machine, columns: Iterable[RegressorColumn]) -> list[str]:
-    """Return a note on parameters that are sought though the table gives them as zero."""
+    """Return a note on parameters that are estimated although the table gives them as zero."""
     entries = zero_entries(machine)
     zero = [column.label for column in columns if (column.row, column.quantity) in entries]
     if not zero:
         return []
     what = "the table has zeros for them, so the generated regressor has no columns for them"
-    return [f"sought too: {', '.join(zero)}; {what}: write names or values instead to use both together"]
+    return [f"also estimated: {', '.join(zero)}; {what}: write names or values instead to use both together"]

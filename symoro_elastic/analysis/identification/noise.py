@@ -2,8 +2,8 @@
 
 Rows are averages, so noise is correlated from one to the next. The noise of torques is white before averaging: its
 correlation is that of the windows, its size follows from the residuals. The noise of positions is that of its twins
-(`filtering`). Densities are at the frequencies of records padded with zeros to `padded` rows; their mean over all
-frequencies is the variance.
+(`filtering`). Densities are at the frequencies of records padded with zeros to `padded_length` rows; their mean
+over all frequencies is the variance.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array
+from symoro_elastic.foundation.array_types import AnyArray, Array
 
 FEWEST_LAGS, PART = 24, 4  # lags of the correlation of positions' noise that are kept: a quarter of the rows
 MOST_ALIKE = 0.98
-CORRELATED = 0.3  # correlation of neighbouring residuals, beyond that of averages, that is no chance
+CORRELATED = 0.3  # correlation of neighbouring residuals, beyond that of averages, that is not chance
 
 
 @dataclass(frozen=True)
@@ -36,40 +36,40 @@ class Noise:
     def correlations(self, lags: int) -> Array:
         """Return E[r_j(t) r_j(t + lag)] for some lags from 0, (lags, n)."""
         own = np.einsum("fjj->fj", self.density)
-        both: Array = np.fft.irfft(own, padded(self.rows), axis=0)[:lags]
+        both: Array = np.fft.irfft(own, padded_length(self.rows), axis=0)[:lags]
         return both
 
     def of(self, joint: int) -> Noise:
         """Return the noise of one joint alone."""
         return Noise(self.density[:, joint : joint + 1, joint : joint + 1], self.rows)
 
-    def raised(self, factors: Array) -> Noise:
+    def scaled(self, factors: Array) -> Noise:
         """Return the noise with the standard deviations of joints multiplied, (n)."""
         return Noise(self.density * np.outer(factors, factors), self.rows)
 
     def of_scores(self, Y: Array) -> Array:
         """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times the noise."""
-        spectrum = np.fft.rfft(Y, padded(len(Y)), axis=0)
+        spectrum = np.fft.rfft(Y, padded_length(len(Y)), axis=0)
         through = (self.density @ spectrum) * _both_signs(len(Y))[:, None, None]
-        total: Array = np.tensordot(spectrum.conj(), through, axes=([0, 1], [0, 1])).real / padded(len(Y))
+        total: Array = np.tensordot(spectrum.conj(), through, axes=([0, 1], [0, 1])).real / padded_length(len(Y))
         return total
 
 
-def padded(rows: int) -> int:
+def padded_length(rows: int) -> int:
     """Return the length of records padded with zeros."""
     return int(2 ** np.ceil(np.log2(2 * rows)))
 
 
 def _both_signs(rows: int) -> Array:
     """Return how often each frequency of rfft counts."""
-    counts = np.full(padded(rows) // 2 + 1, 2.0)
+    counts = np.full(padded_length(rows) // 2 + 1, 2.0)
     counts[[0, -1]] = 1.0
     return counts
 
 
 def of_correlation(correlation: Sequence[float], rows: int) -> Array:
     """Return the spectral density of noise of variance 1 with this correlation 0, 1, 2 ... rows later."""
-    both = np.zeros(padded(rows))
+    both = np.zeros(padded_length(rows))
     both[: len(correlation)] = correlation
     both[len(both) - len(correlation) + 1 :] = correlation[:0:-1]
     return np.maximum(np.fft.rfft(both).real, 0.0)
@@ -79,10 +79,10 @@ def of_records(records: Sequence[Array], used: Array) -> AnyArray:
     """Return the cross-spectral density of noises (rows, n); `used` rows of each joint are not left out (n)."""
     rows, joints = len(records[0]), len(used)
     size = np.sqrt(np.maximum(used, 1))
-    spectra = [np.fft.rfft(record / size, padded(rows), axis=0) for record in records]
+    spectra = [np.fft.rfft(record / size, padded_length(rows), axis=0) for record in records]
     cross = sum(np.einsum("fj,fk->fjk", x, x.conj()) for x in spectra) / len(spectra)
-    correlation = np.fft.irfft(cross, padded(rows), axis=0)
-    lags = np.minimum(np.arange(padded(rows)), padded(rows) - np.arange(padded(rows)))
+    correlation = np.fft.irfft(cross, padded_length(rows), axis=0)
+    lags = np.minimum(np.arange(padded_length(rows)), padded_length(rows) - np.arange(padded_length(rows)))
     window = _parzen(lags / min(max(FEWEST_LAGS, rows // PART), rows))
     density: AnyArray = np.fft.rfft(correlation * window[:, None, None], axis=0)
     return density.reshape(-1, joints, joints)

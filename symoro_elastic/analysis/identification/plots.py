@@ -5,17 +5,18 @@ And of an exciting motion: positions, velocities and accelerations within their 
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.identification.estimation import Verdict
-from symoro_elastic.identification.excitation import Excitation, Limits
-from symoro_elastic.identification.identify import Identification
-from symoro_elastic.identification.trajectory import Trajectory
-from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.pictures import new_figure, save_figures
+from symoro_elastic.analysis.identification.estimation import Verdict
+from symoro_elastic.analysis.identification.excitation import Excitation
+from symoro_elastic.analysis.identification.identified import Identified
+from symoro_elastic.analysis.identification.identify import Identification
+from symoro_elastic.analysis.identification.trajectory import ExcitingTrajectory
+from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.results import figures_of
+from symoro_elastic.machine.machine import Joint, Kind
 
 VERDICT_COLOURS = {Verdict.IDENTIFIED: "#2a7f62", Verdict.POOR: "#d98e04", Verdict.NOT: "#b3b3b3"}
 DARK, LIGHT = "#14365d", "#9aa5b1"
@@ -25,25 +26,24 @@ MOST_BARS = 80
 LARGEST_BAR = 1000.0  # per cent
 
 
-def plot(result: Identification, folder: str | Path, form: str = "png") -> list[Path]:
-    """Write torques.<form>, residuals.<form> and parameters.<form> to a folder; returns their paths.
-
-    Raises `InputError` for an unknown format or a folder that cannot be written.
-    """
-    pictures = {"torques": torques, "residuals": residuals, "parameters": parameters}
-    return save_figures({name: draw(result) for name, draw in pictures.items()}, folder, form)
+@figures_of.register
+def _(result: Identification) -> dict[str, Any]:
+    return {"torques": torques(result), "residuals": residuals(result), "parameters": parameters(result)}
 
 
-def plot_excitation(
-    excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine, folder: str | Path, form: str = "png"
-) -> list[Path]:
-    """Write trajectory.<form> and search.<form> to a folder; returns their paths. Raises `InputError` as `plot`."""
-    return save_figures({"trajectory": motion(sampled, limits, machine), "search": search(excitation)}, folder, form)
+@figures_of.register
+def _(result: Identified) -> dict[str, Any]:
+    return dict(figures_of(result.found))
 
 
-def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
+@figures_of.register
+def _(found: ExcitingTrajectory) -> dict[str, Any]:
+    return {"trajectory": motion(found), "search": search(found.best)}
+
+
+def motion(found: ExcitingTrajectory) -> Any:
     """Return position, velocity and acceleration of each motor, with their limits."""
-    motors = machine.motor_joints
+    sampled, limits, motors = found.sampled, found.limits, found.machine.motor_joints
     figure = new_figure(2.0 + 3.0 * len(motors), 6.0)
     axes = figure.subplots(3, len(motors), sharex=True, squeeze=False)
     rows = (
@@ -59,7 +59,7 @@ def motion(sampled: Trajectory, limits: Limits, machine: Machine) -> Any:
             axis.set_ylabel(f"{joint.name}, {joint.unit}{per}")
     for axis in axes[-1]:
         axis.set_xlabel("t, s")
-    figure.suptitle(f"{machine.name}: exciting motion and its limits")
+    figure.suptitle(f"{found.machine.name}: exciting motion and its limits")
     return figure
 
 
@@ -75,7 +75,7 @@ def search(excitation: Excitation) -> Any:
 
 def torques(result: Identification) -> Any:
     """Return measured and predicted torque of each motor; of other joints, spring torque and all else."""
-    joints = result.machine.moving_joints
+    joints = result.machine.independent_joints
     figure, axes = _stacked_axes(len(joints))
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):
         used = _used(result, k)
@@ -91,7 +91,7 @@ def torques(result: Identification) -> Any:
 
 def residuals(result: Identification) -> Any:
     """Return tau - Y X of each joint, with two standard deviations."""
-    joints = result.machine.moving_joints
+    joints = result.machine.independent_joints
     figure, axes = _stacked_axes(len(joints))
     solution = result.estimation.solution
     for axis, (k, joint) in zip(axes, enumerate(joints), strict=True):

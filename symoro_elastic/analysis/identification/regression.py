@@ -18,9 +18,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.identification.units import has_body, machine_of_units, rigid_machine, units_of
-from symoro_elastic.machine.checks import refuse_floating
+from symoro_elastic.analysis.identification.unit_parameters import has_body, machine_of_units, rigid_machine, units_of
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
@@ -29,10 +29,11 @@ from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.identification import linear_parameters, refuse_varying_stiffness
+from symoro_elastic.models.state import State
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.assembled_states import start_of
-from symoro_elastic.numerics.closed_positions import Followed
+from symoro_elastic.numerics.closed_positions import with_dependent
 from symoro_elastic.numerics.random_motion import closed_states
+from symoro_elastic.numerics.verification.assembled_states import start_of
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import Program
@@ -69,7 +70,7 @@ class Regressor(Protocol):
     def loads(self, q: Array) -> Array:
         """Return the part without X, (samples, n): forces that balance the external wrenches."""
 
-    def driven(self, q: Array, tau: Array) -> Array:
+    def joint_torques(self, q: Array, tau: Array) -> Array:
         """Return what torques of motors (samples, m) do on the joints that move, (samples, n), zero for the others."""
 
     def states(self, states: int, seed: int = 0) -> tuple[Array, Array, Array]:
@@ -80,12 +81,12 @@ class Regressor(Protocol):
         """Where motions start, (n): a position at which loops close, zero without."""
 
     def rates(self, rows: Sequence[int], q: Array, qd: Array) -> Array:
-        """Return rates of joints by row of the table, (samples, rows): of own variables, of coupled joints."""
+        """Return rates of joints by row of the table, (samples, rows): of joint coordinates, of coupled joints."""
 
     def felt_by(self, row: int) -> list[int]:
         """Return the independent variables (0-based in q) that a joint moves with."""
 
-    def closed(self, q: Array) -> BoolArray:
+    def closes(self, q: Array) -> BoolArray:
         """Return whether loops close at positions along a record, without a jump from one to the next."""
 
 
@@ -101,7 +102,6 @@ class ByLinearity:
         self._units, self._labels = units_of(machine), ParameterLabels(machine)
         self._rigid = trace(rigid_machine(machine), "inverse_dynamics").program
         self._bound = Bound(machine)
-        self._followed = Followed(machine, values) if self._bound.takes_dependent else None
 
     @cached_property
     def columns(self) -> tuple[RegressorColumn, ...]:
@@ -116,7 +116,7 @@ class ByLinearity:
             if column.quantity in INERTIAL:
                 Y[:, :, k] = self._torques(q, qd, qdd, self._units[column.row, column.quantity]) - zero
             else:
-                joint = self.machine.moving.index(column.row)
+                joint = self.machine.independent.index(column.row)
                 Y[:, joint, k] = OF_JOINT[column.quantity](*(x[:, joint] for x in (q, qd, qdd)))
         return Y
 
@@ -124,13 +124,12 @@ class ByLinearity:
         """Return forces that balance the external wrenches, (samples, n)."""
         return self._torques(q, np.zeros_like(q), np.zeros_like(q))
 
-    def driven(self, q: Array, tau: Array) -> Array:
+    def joint_torques(self, q: Array, tau: Array) -> Array:
         """Return what torques of motors (samples, m) do on the joints that move, S_m^T tau (samples, n) (L3)."""
         machine, rows = self.machine, self._bound.coordinates.S_x
-        named = dict(zip(self._bound.arguments()["q"], q.T, strict=True))
-        symbols: dict[str, Any] = {**self._values, **named, **self._dependent(q)}
-        entries = [rows[m].get(k, 0) for m in machine.motors for k in machine.moving]
-        slopes = _evaluated(entries, symbols, len(q)).reshape(len(q), len(machine.motors), len(machine.moving))
+        symbols = {**self._values, **self._symbols_of(self._closed(q))}
+        entries = [rows[m].get(k, 0) for m in machine.motors for k in machine.independent]
+        slopes = _evaluated(entries, symbols, len(q)).reshape(len(q), len(machine.motors), len(machine.independent))
         forces: Array = np.einsum("smk,sm->sk", slopes, tau)
         return forces
 
@@ -140,7 +139,7 @@ class ByLinearity:
         if self.machine.is_coupled:
             found = closed_states(self._bound, states, rng, self._values)
             return found["q"], found["qd"], found["qdd"]
-        q, qd, qdd = (extent * rng.uniform(-1, 1, (states, len(self.machine.moving))) for extent in EXTENT)
+        q, qd, qdd = (extent * rng.uniform(-1, 1, (states, len(self.machine.independent))) for extent in EXTENT)
         return q, qd, qdd
 
     @property
@@ -149,27 +148,22 @@ class ByLinearity:
         return start_of(self.machine).q
 
     def rates(self, rows: Sequence[int], q: Array, qd: Array) -> Array:
-        """Return rates of joints by row of the table, (samples, rows): of own variables, of coupled joints."""
-        names, symbols = self._bound.arguments(), dict[str, Any](self._values)
-        for argument, array in zip(("q", "qd"), (q, qd), strict=True):
-            symbols |= zip(names[argument], array.T, strict=True)
-        symbols |= self._dependent(q)
+        """Return rates of joints by row of the table, (samples, rows): of joint coordinates, of coupled joints."""
+        symbols = {**self._values, **self._symbols_of(self._closed(q).with_blocks(qd=qd))}
         return _evaluated([self._bound.rate(j) for j in rows], symbols, len(q))
 
-    def closed(self, q: Array) -> BoolArray:
+    def closes(self, q: Array) -> BoolArray:
         """Return whether loops close at positions along a record, without a jump from one to the next."""
         moved = self.rates(self.machine.dependent, q, np.ones_like(q))
         good: BoolArray = np.asarray(np.isfinite(moved).all(axis=1))
-        if self._followed:
-            q_dep = self._followed.at(q)
-            good[1:] &= (np.abs(np.diff(q_dep, axis=0)) < JUMP).all(axis=1)
+        good[1:] &= (np.abs(np.diff(self._closed(q).q_dep, axis=0)) < JUMP).all(axis=1)
         return good
 
     def felt_by(self, row: int) -> list[int]:
         """Return the independent variables (0-based in q) that a joint moves with."""
         coordinates = self._bound.coordinates
-        of_row = coordinates.S_x[row] if row in self.machine.owners else coordinates.S[row]
-        return [k for k, j in enumerate(self.machine.moving) if j in of_row]
+        of_row = coordinates.S_x[row] if row in self.machine.with_variable else coordinates.S[row]
+        return [k for k, j in enumerate(self.machine.independent) if j in of_row]
 
     def _torques(self, q: Array, qd: Array, qdd: Array, one: str = "") -> Array:
         return self._run(self._rigid, (q, qd, qdd), {name: float(name == one) for name in self._units.values()})
@@ -181,16 +175,20 @@ class ByLinearity:
 
     def _symbols(self, program: Program, state: Sequence[Array]) -> dict[str, Any]:
         """Values of the parameters, and of the arguments of a program at stacked states."""
-        arguments = [argument for argument in program.inputs if argument.name != "q_dep"]
-        symbols: dict[str, Any] = {**self._values, **self._dependent(state[0])}
-        for argument, array in zip(arguments, state, strict=True):
+        position = self._closed(state[0])
+        arguments = [argument for argument in program.inputs if argument.name not in position.blocks]
+        symbols: dict[str, Any] = {**self._values, **self._symbols_of(position)}
+        for argument, array in zip(arguments, state[1:], strict=True):
             symbols |= zip(argument.symbols, array.T, strict=True)
         return symbols
 
-    def _dependent(self, q: Array) -> dict[str, Any]:
-        """Dependent variables without closed form, followed from the start of their loops."""
-        names = self._bound.arguments()["q_dep"]
-        return dict(zip(names, self._followed.at(q).T, strict=True)) if self._followed else {}
+    def _closed(self, q: Array) -> State:
+        """All blocks of positions, loops without a closed form followed from their start."""
+        return with_dependent(self.machine, State({"q": q}), self._values)
+
+    def _symbols_of(self, state: State) -> dict[str, Any]:
+        names = self._bound.arguments()
+        return {x: column for key, block in state.blocks.items() for x, column in zip(names[key], block.T, strict=True)}
 
     def _inertial(self) -> list[RegressorColumn]:
         columns = []
@@ -206,7 +204,7 @@ class ByLinearity:
         coulomb = self._column("FS", j, force, self._cell(joint.friction.coulomb))
         if joint.kind is Kind.MOTOR:
             return [rotor, viscous, coulomb]
-        if joint.kind is Kind.PASSIVE and j in self.machine.moving:
+        if joint.kind is Kind.PASSIVE and j in self.machine.independent:
             return [viscous, coulomb]
         law = joint.friction
         cells = ((rotor, joint.rotor_inertia), (viscous, law.viscous), (coulomb, law.coulomb))
@@ -226,7 +224,7 @@ class ByLinearity:
         ]
 
     def _column(self, quantity: str, row: int, unit: str, value: float) -> RegressorColumn:
-        moved = _carrier(self.machine, row) or self.machine.moving[0]
+        moved = _carrier(self.machine, row) or self.machine.independent[0]
         return RegressorColumn(self._labels(row, quantity), quantity, row, self.machine.joint(moved).name, unit, value)
 
     def _cell(self, formula: Formula) -> float:
@@ -246,7 +244,7 @@ class ByEquations(ByLinearity):
 
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
         """Return columns of Y, (samples, n, chosen)."""
-        rows, entries = len(self.machine.moving), self._traced.program.outputs[0].entries
+        rows, entries = len(self.machine.independent), self._traced.program.outputs[0].entries
         width = len(entries) // rows
         places = [self._place.get((self.columns[c].row, self.columns[c].quantity), -1) for c in chosen]
         wanted = [(i, k, entries[i * width + c]) for i in range(rows) for k, c in enumerate(places) if c >= 0]
@@ -280,7 +278,7 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> By
     Raises `InputError` naming a parameter of the geometry, gravity or motion of the base that has no value, a spring
     whose stiffness varies with positions.
     """
-    refuse_floating(machine, "identification")
+    require_fixed_base(machine, "identification")
     refuse_varying_stiffness(machine)
     given = {p.name: p.value.value() for p in machine.parameters if p.value is not None} | dict(values or {})
     for j, joint in enumerate(machine.joints, start=1):
@@ -289,7 +287,7 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> By
     base = machine.base
     motion = (base.gravity, base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
     _refuse_unknown(machine, "gravity and base", [formula for vector in motion for formula in vector], given)
-    return (ByEquations if machine.moving else ByLinearity)(_with_values(machine, given), given)
+    return (ByEquations if machine.independent else ByLinearity)(_with_values(machine, given), given)
 
 
 def _with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
@@ -348,16 +346,16 @@ def _carrier(machine: Machine, j: int) -> int:
 
 
 def refuse_unknown_labels(machine: Machine, known: Iterable[str], columns: Sequence[RegressorColumn]) -> None:
-    """Raise `InputError` for a label that is none of a column, with those that may be meant."""
+    """Raise `InputError` for a label that is not the label of a column, with similar ones."""
     labels = [column.label for column in columns]
     for label in known:
         if label not in labels:
-            what = _meant(machine, label, columns) or f"no such parameter{did_you_mean(label, labels)}"
+            what = _meant(machine, label, columns) or f"there is no such parameter{did_you_mean(label, labels)}"
             raise machine.error(f"known {label}", what)
 
 
 def _meant(machine: Machine, name: str, columns: Sequence[RegressorColumn]) -> str:
-    """Return which labels to choose from where a name of the machine is no label."""
+    """Return which labels to choose from where a name of the machine is not a label."""
     choices = []
     for column in columns:
         joint = machine.joint(column.row)

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
-from symoro_elastic.machine.checks import refuse_floating
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.codegen.integration.tableaus import RK4, step
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.numerics.assembled_states import start_of
+from symoro_elastic.models.loops.plan import lacks_closed_form
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.time_series.measurements import Measurements
+from symoro_elastic.numerics.verification.assembled_states import start_of
 
 ReferenceMotion = Callable[[float], tuple[Array, Array, Array]]
 
@@ -65,12 +64,12 @@ def simulate(
 
     Integrated by RK4, `substeps` steps a sample; the first `settle` s are not recorded. `reference(t)` gives q, qd,
     qdd of the motors; `start` is the position at rest (0, or where loops start, unless given; motors on the
-    reference). Raises `InputError` for floating bases, loops without closed form, motors that loops move.
+    reference). Raises `InputError` for bases that move freely, loops without closed form, motors that loops move.
     """
     _refuse(machine)
     model, motors = numpy_model(machine), list(machine.motor_entries)
     p = model.parameters(**values)
-    n, h = len(machine.moving), 1 / (sampling * substeps)
+    n, h = len(machine.independent), 1 / (sampling * substeps)
     y = np.stack([start_of(machine).q if start is None else np.broadcast_to(start, n), np.zeros(n)])
     y[:, motors] = reference(0.0)[:2]
 
@@ -97,11 +96,13 @@ def simulate(
 
 
 def _refuse(machine: Machine) -> None:
-    refuse_floating(machine, "simulation")
-    if Bound(machine).takes_dependent:
-        raise machine.error("simulation", "its loops have no closed form, and nothing here assembles them at each step")
+    require_fixed_base(machine, "simulation")
+    if lacks_closed_form(machine):
+        raise machine.error(
+            "simulation", "its loops have no closed form, and loops are not assembled at each step here"
+        )
     if set(machine.motors) & set(machine.dependent):
-        raise machine.error("simulation", "motors that loops move have no controller here: make them independent")
+        raise machine.error("simulation", "motors moved by loops have no controller here: make them independent")
 
 
 def measure(true: Measurements, sensors: Sensors, seed: int = 0) -> Measurements:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.excitation import Excitation, FourierMotion, Limits
+from symoro_elastic.analysis.identification.excitation import Excitation, FourierMotion, Limits
+from symoro_elastic.analysis.time_series.writing import write_columns
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import permission
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
-from symoro_elastic.time_series.writing import columns_of, write_columns
 
 POSITION_OPTION = "--position"
 LEAST_SAMPLES = 20  # in a period of the fastest harmonic
@@ -46,7 +47,7 @@ def refuse_without_motors(machine: Machine) -> None:
 def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
     """Return limits of each motor from ranges by option and name of motor or variable; "" is all others.
 
-    Raises `InputError` for a motor without limits, or a name that is no motor's.
+    Raises `InputError` for a motor without limits, or a name that is not a motor's.
     """
     motors = machine.motor_joints
     known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
@@ -99,7 +100,7 @@ def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int, mot
     fastest = frequency * harmonics
     if rate < LEAST_SAMPLES * fastest:
         what = f"{rate:g} Hz is slow for harmonics up to {fastest:g} Hz: sample at {LEAST_SAMPLES * fastest:g} Hz"
-        raise InputError("symoro-elastic", "--rate", what)
+        raise InputError("symoro-elastic", "--sample-rate", what)
     _refuse_long((periods + 2) / frequency, rate, motors)
 
 
@@ -107,10 +108,10 @@ def _refuse_long(seconds: float, rate: float, motors: int) -> None:
     """Raise `InputError` for a trajectory that no file has room for."""
     samples, way_out = seconds * rate, "fewer periods, or a lower rate"
     if samples > MOST_SAMPLES:
-        what = f"{rate:g} Hz makes {samples:.2g} samples, {MOST_SAMPLES:.0e} are the most: {way_out}"
-        raise InputError("symoro-elastic", "--rate", what)
+        what = f"{rate:g} Hz makes {samples:.2g} samples, {MOST_SAMPLES:.0e} is the limit: {way_out}"
+        raise InputError("symoro-elastic", "--sample-rate", what)
     what = f"{samples:.3g} samples of {motors} motors"
-    refuse_numbers(int(samples) * (1 + 3 * motors), what, "symoro-elastic", "--rate", way_out, MOST_IN_FILES)
+    refuse_numbers(int(samples) * (1 + 3 * motors), what, "symoro-elastic", "--sample-rate", way_out, MOST_IN_FILES)
 
 
 def _elapsed(pace: Array, start: float) -> Array:
@@ -139,76 +140,68 @@ def _start(motion: FourierMotion, limits: Limits) -> float:
     return start
 
 
-def write(trajectory: Trajectory, machine: Machine, path: str | Path) -> None:
+@dataclass(frozen=True)
+class MotorRange:
+    """What a motor reaches in a trajectory, its limits, and centre and coefficients of its series; SI units."""
+
+    name: str
+    position: tuple[float, float]
+    position_limits: tuple[float, float]
+    velocity: float
+    velocity_limit: float
+    acceleration: float
+    acceleration_limit: float
+    centre: float
+    a: Array
+    b: Array
+
+
+@dataclass(frozen=True, repr=False)
+class ExcitingTrajectory(Result):
+    """An exciting trajectory: the optimized Fourier series, its samples with start and stop, the limits it keeps."""
+
+    machine: Machine
+    best: Excitation
+    sampled: Trajectory
+    limits: Limits
+
+    @property
+    def motors(self) -> tuple[MotorRange, ...]:
+        """What each motor reaches of its limits."""
+        q, qd, qdd = self.sampled.q, np.abs(self.sampled.qd), np.abs(self.sampled.qdd)
+        limits, motion = self.limits, self.best.motion
+        return tuple(
+            MotorRange(
+                joint.name,
+                (float(q[:, k].min()), float(q[:, k].max())),
+                (float(limits.low[k]), float(limits.high[k])),
+                float(qd[:, k].max()),
+                float(limits.velocity[k]),
+                float(qdd[:, k].max()),
+                float(limits.acceleration[k]),
+                float(motion.centre[k]),
+                motion.a[k],
+                motion.b[k],
+            )
+            for k, joint in enumerate(self.machine.motor_joints)
+        )
+
+    @property
+    def headline(self) -> str:
+        """Machine, duration, condition number."""
+        condition = f"condition {self.best.condition:.4g}"
+        return f"ExcitingTrajectory trajectory of {self.machine.name}: {self.sampled.t[-1]:g} s, {condition}"
+
+    def write(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write t, q_<motor>, qd_, qdd_ to a .csv or .npz file, and return its path; raises `InputError`."""
+        with permission(force=force):
+            save(self, path)
+        return Path(path)
+
+
+def save(exciting: ExcitingTrajectory, path: str | Path) -> None:
     """Write t, q_<motor>, qd_<motor>, qdd_<motor> as .csv, with units, or .npz; raises `InputError`."""
     units = {"t": "s"}
     for quantity, per in (("q", ""), ("qd", "/s"), ("qdd", "/s2")):
-        units |= {f"{quantity}_{joint.name}": joint.unit + per for joint in machine.motor_joints}
-    write_columns(columns(trajectory, machine), path, units)
-
-
-def columns(trajectory: Trajectory, machine: Machine) -> dict[str, Array]:
-    """Return t, q_<motor>, qd_<motor>, qdd_<motor>, a row a sample."""
-    names = [joint.name for joint in machine.motor_joints]
-    blocks = (("q", trajectory.q, names), ("qd", trajectory.qd, names), ("qdd", trajectory.qdd, names))
-    return columns_of(trajectory.t, *blocks)
-
-
-def figures(excitation: Excitation, sampled: Trajectory, limits: Limits, machine: Machine) -> dict[str, Any]:
-    """Return condition numbers, and by motor the extremes with their limits and the coefficients of its series."""
-    motion, motors = excitation.motion, {}
-    for k, joint in enumerate(machine.motor_joints):
-        q, qd, qdd = sampled.q[:, k], sampled.qd[:, k], sampled.qdd[:, k]
-        motors[joint.name] = {
-            "position": [float(q.min()), float(q.max())],
-            "position_limits": [float(limits.low[k]), float(limits.high[k])],
-            "velocity": float(np.abs(qd).max()),
-            "velocity_limit": float(limits.velocity[k]),
-            "acceleration": float(np.abs(qdd).max()),
-            "acceleration_limit": float(limits.acceleration[k]),
-            "centre": float(motion.centre[k]),
-            "a": motion.a[k].tolist(),
-            "b": motion.b[k].tolist(),
-        }
-    return {
-        "condition_before": excitation.before,
-        "condition": excitation.condition,
-        "parameters": list(excitation.columns),
-        "frequency": motion.frequency,
-        "duration": float(sampled.t[-1]),
-        "start": sampled.start,
-        "samples": len(sampled.t),
-        "motors": motors,
-    }
-
-
-def table(reached: Mapping[str, Any]) -> Any:
-    """Return a table of the extremes of each motor and their limits, from `figures`."""
-    from rich.table import Table
-
-    drawn = Table("motor", "position", "of", "velocity", "of", "acceleration", "of")
-    for name, motor in reached["motors"].items():
-        (low, high), (lowest, highest) = motor["position"], motor["position_limits"]
-        cells = [f"{low:.4g} : {high:.4g}", f"{lowest:.4g} : {highest:.4g}"]
-        cells += [f"{motor[key]:.4g}" for key in ("velocity", "velocity_limit", "acceleration", "acceleration_limit")]
-        drawn.add_row(name, *cells)
-    return drawn
-
-
-def lines(reached: Mapping[str, Any]) -> list[str]:
-    """Return condition numbers and duration in words, from `figures`."""
-    start, end = reached["start"], reached["duration"]
-    return [
-        f"condition number of the regressor: {reached['condition_before']:.4g} at the first random motion, "
-        f"{reached['condition']:.4g} now",
-        f"for {len(reached['parameters'])} parameters: {', '.join(reached['parameters'])}",
-        *_sought_friction(reached["parameters"]),
-        f"{end:g} s, {reached['samples']} samples: start and stop {start:g} s each, at rest where it ends",
-    ]
-
-
-def _sought_friction(parameters: Sequence[str]) -> list[str]:
-    """Return a line on friction that is sought."""
-    friction = [label for label in parameters if label.startswith(("FV", "FS"))]
-    what = "are sought for every motor, whether or not its table gives friction, for every motor has some"
-    return [f"FV, FS (viscous, dry friction) {what}: leave them out by --known {friction[0]} ..."] if friction else []
+        units |= {f"{quantity}_{joint.name}": joint.unit + per for joint in exciting.machine.motor_joints}
+    write_columns(exciting.arrays(), path, units)

@@ -40,7 +40,7 @@ def _named(machine: Machine, unit_joint: Callable[[int, Joint, Units], Joint]) -
 
 def rigid_machine(machine: Machine) -> Machine:
     """Return the machine with every independent joint a motor without friction, every body's parameters named."""
-    kinds = dict.fromkeys(machine.moving, Kind.MOTOR) | dict.fromkeys(machine.dependent, Kind.PASSIVE)
+    kinds = dict.fromkeys(machine.independent, Kind.MOTOR) | dict.fromkeys(machine.dependent, Kind.PASSIVE)
 
     def rigid(j: int, joint: Joint, units: Units) -> Joint:
         zero = Formula.parse(0)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.filtering import Filter, default_filter
-from symoro_elastic.identification.identify import Identification, Rows
+from symoro_elastic.analysis.identification.filtering import Filter, default_filter
+from symoro_elastic.analysis.identification.identify import Identification, Rows
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.time_series.measurements import Measurements
 
 ROUNDING = 1e-12
 """Of the largest torque, of what motors on dependent joints exert on a joint that they do not move."""
@@ -33,7 +33,7 @@ def own_fit(result: Identification) -> Fit:
     return _fit(result.machine, result.tau, result.estimation.solution.residuals, "residuals")
 
 
-def validated(result: Identification, record: Measurements) -> Fit:
+def validation_of(result: Identification, record: Measurements) -> Fit:
     """Return how well the estimates explain another record. Raises `InputError` where it is too short."""
     rows = result.equations.rows(record, _same_filter(result, record))
     if not len(rows.t):
@@ -58,17 +58,8 @@ def _fit(machine: Machine, tau: Array, residuals: Array, source: str) -> Fit:
     largest = np.abs(tau).max(axis=0)
     driven = np.flatnonzero(largest > ROUNDING * largest.max(initial=0.0)).tolist()
     motors = sorted({*machine.motor_entries, *driven})
-    names = [machine.moving_joints[k].name for k in motors]
+    names = [machine.independent_joints[k].name for k in motors]
     used = np.maximum((tau != 0).sum(axis=0), 1)
     left, of = (np.sqrt((x**2).sum(axis=0) / used)[motors].tolist() for x in (residuals, tau))
     percent = [100 * a / b if b else math.nan for a, b in zip(left, of, strict=True)]
     return Fit(source, dict(zip(names, left, strict=True)), dict(zip(names, percent, strict=True)))
-
-
-def lines(fit: Fit, machine: Machine) -> list[str]:
-    """Return a line for each joint that motors drive: its residual, and in per cent of the torque."""
-    units = {joint.name: joint.force_unit for joint in machine.moving_joints}
-    return [
-        f"{fit.source}: {name}: {fit.percent[name]:.3g} % of the torque, {residual:.3g} {units[name]} rms"
-        for name, residual in fit.residual.items()
-    ]

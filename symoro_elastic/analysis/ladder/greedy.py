@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.model_ladder.path import LinearPath
-from symoro_elastic.model_ladder.spring_errors import Deviations, Errors, relative, spring_errors
-from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath
+from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, Errors, relative, spring_errors
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Progress, no_progress
 
 ALL_TRIED = 10
 """Springs up to which every remaining one is tried at every rung."""

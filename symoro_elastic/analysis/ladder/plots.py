@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
-from symoro_elastic.model_ladder.rungs import Ladder
-from symoro_elastic.model_ladder.tables import worst_output
-from symoro_elastic.pictures import new_figure, save_figures
-from symoro_elastic.simulation.tolerances import unit_of
+from symoro_elastic.analysis.ladder.rung import Ladder
+from symoro_elastic.analysis.simulation.tolerances import unit_of
+from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.results import figures_of
 
 
-def plot_ladder(found: Ladder, folder: str | Path, form: str = "png") -> list[Path]:
-    """Write rungs.<form> to a folder; returns its path. Raises `InputError`."""
-    return save_figures({"rungs": rungs(found)}, folder, form)
+@figures_of.register
+def _(found: Ladder) -> dict[str, Any]:
+    return {"rungs": rungs(found)}
 
 
 def rungs(found: Ladder) -> Any:
     """Draw the error of each rung, predicted as a line and measured as points, and the tolerance."""
     figure = new_figure(8.0, 5.0)
     axes = figure.add_subplot()
-    worst = worst_output(found)
+    worst = found.worst_output
     static = [rung for rung in found.rungs if not rung.locked]
     places = range(len(static))
     axes.semilogy(places, [rung.predicted[worst] or None for rung in static], "-", label="predicted")

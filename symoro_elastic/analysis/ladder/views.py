@@ -1,35 +1,53 @@
-"""The ladder as a table, as data for JSON, as one sentence of advice, and as the scene of the rung that is chosen."""
+"""The ladder as tables, as data for JSON, and as sentences of advice."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
-from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.static_springs import held_positions
-from symoro_elastic.machine.wanted import Wanted
-from symoro_elastic.model_ladder.rung import Rung
-from symoro_elastic.model_ladder.rungs import MODEL_SHARE, Ladder
-from symoro_elastic.model_ladder.spring_errors import relative
-from symoro_elastic.simulation.periods import period_line, quantity
-from symoro_elastic.simulation.tolerances import unit_of
+from symoro_elastic.analysis.ladder.greedy import SpringFigures
+from symoro_elastic.analysis.ladder.rung import MODEL_SHARE, Ladder, Rung, Steps
+from symoro_elastic.analysis.simulation.periods import period_line, quantity
+from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
+from symoro_elastic.analysis.simulation.tolerances import unit_of
+from symoro_elastic.foundation.results import Field, Part, Table, columns_of, declare, parts_of, table_of
+from symoro_elastic.machine.described import Wanted
 
 ARITHMETIC_SHARE = 0.05
 """Of a tolerance that arithmetic may take."""
-
 LEAST_SAVING = 1.05
 """Operations of the whole machine with RK4 over those of a rung, from which they are told."""
+EACH_SPRING = "each spring by itself, which does not show its cost together with others"
+
+declare(Steps, Field("method"), Field("steps"), Field("operations"))
+declare(
+    SpringFigures,
+    Field("name", head="spring"),
+    Field("alone", head="error if static, relative to tolerance", form=".2g"),
+    Field("activity", head="activity", text=lambda x: quantity(x.activity, "J")),
+    Field("frequency", head="natural frequency, all else locked", text=lambda x: quantity(x.frequency, "Hz")),
+)
 
 
-def ladder_table(found: Ladder) -> Any:
+@parts_of.register
+def _(found: Ladder) -> list[Part]:
+    springs = [springs_table(found)] if found.springs else []
+    lines = [*found.condensed, advice(found), arithmetic_line(found)]
+    return [ladder_table(found, found.headline), *springs, *filter(None, lines)]
+
+
+@columns_of.register
+def _(found: Ladder) -> dict[str, list[Any]]:
+    """Return a row for each rung, as in JSON."""
+    rungs = found.as_json()["rungs"]
+    return {key: [rung[key] for rung in rungs] for key in rungs[0]}
+
+
+def ladder_table(found: Ladder, title: str = "") -> Table:
     """Return a row for each rung: what is left out more, errors, steps, cost against the whole machine with RK4."""
-    from rich.table import Table
-
-    worst = worst_output(found)
+    worst = found.worst_output
     unit = unit_of(found.machine, worst)
-    table = Table("springs left out", f"predicted ({worst})", "measured", "method", "step", "time", "against full", "")
+    heads = "springs left out", f"predicted ({worst})", "measured", "method", "step", "time", "against full", ""
+    table = Table(heads, title=title)
     before: set[str] = set()
     for k, rung in enumerate(found.rungs):
         measured = rung.measured.model[worst] if rung.measured else None
@@ -38,7 +56,7 @@ def ladder_table(found: Ladder) -> Any:
             quantity(rung.predicted[worst], unit),
             "-" if measured is None else quantity(measured, unit),
             rung.chosen.method if rung.chosen else "-",
-            quantity(_step(found, rung), "s") if rung.chosen else "-",
+            quantity(found.step_of(rung), "s") if rung.chosen else "-",
             quantity(rung.measured.seconds * rung.chosen.steps, "s") if rung.measured and rung.chosen else "-",
             f"{found.full.cost / rung.chosen.cost:.3g}" if rung.chosen else "-",
             _verdict(found, k),
@@ -47,14 +65,9 @@ def ladder_table(found: Ladder) -> Any:
     return table
 
 
-def springs_table(found: Ladder) -> Any:
+def springs_table(found: Ladder) -> Table:
     """Return a row for each spring: what it costs alone, its activity and its frequency."""
-    from rich.table import Table
-
-    table = Table("spring", "static alone, of the tolerance", "activity", "alone it vibrates at")
-    for one in found.springs:
-        table.add_row(one.name, f"{one.alone:.2g}", quantity(one.activity, "J"), quantity(one.frequency, "Hz"))
-    return table
+    return table_of(SpringFigures, found.springs, EACH_SPRING)
 
 
 def advice(found: Ladder) -> str:
@@ -64,15 +77,15 @@ def advice(found: Ladder) -> str:
     )
     if found.chosen is None:
         nearest = min(found.rungs, key=lambda rung: relative(rung.predicted, found.tolerance))
-        what = f"{within}: no rung is good enough; the nearest one, {_described(found, nearest)}"
+        what = f"{within}: no rung is good enough; the closest, {_described(found, nearest)}"
         return f"{what}, {_shortfall(found, nearest)}"
     rung = found.rungs[found.chosen]
     assert rung.chosen is not None
     many = "this motion" if len(found.references) == 1 else f"these {len(found.references)} motions"
     what = f"{within} over {many}: {_described(found, rung)}"
     if not rung.chosen.method:
-        return f"{what}; nothing is left to integrate, for motors follow exactly"
-    steps = f"{rung.chosen.method}, {rung.chosen.steps} steps of {quantity(_step(found, rung), 's')}"
+        return f"{what}; nothing is left to integrate, because motors follow exactly"
+    steps = f"{rung.chosen.method}, {rung.chosen.steps} steps of {quantity(found.step_of(rung), 's')}"
     if found.saving < LEAST_SAVING:
         return f"{what}; {steps}"
     return f"{what}; {steps}, {found.saving:.3g} times fewer operations than the whole machine with RK4"
@@ -115,7 +128,7 @@ def arithmetic_line(found: Ladder) -> str:
 def _described(found: Ladder, rung: Rung) -> str:
     kept = [
         joint.name
-        for joint in found.machine.moving_joints
+        for joint in found.machine.independent_joints
         if joint.kind == "elastic" and joint.name not in rung.left_out
     ]
     if not rung.left_out:
@@ -126,42 +139,9 @@ def _described(found: Ladder, rung: Rung) -> str:
 
 
 def period_of(found: Ladder, wanted: Wanted) -> str:
-    """Return how long the steps of a period take on the chosen rung; empty where there is none of both."""
+    """Return how long the steps of a period take on the chosen rung; empty where there is neither."""
     rung = found.rungs[found.chosen] if found.chosen is not None else None
-    return period_line(wanted, _step(found, rung), rung.measured.seconds) if rung and rung.measured else ""
-
-
-def reduced_scene(found: Ladder, whole: Machine, scene: Scene) -> Scene:
-    """Return the scene of a whole machine with the method of the chosen rung, and its springs held where they start."""
-    if found.chosen is None:
-        return scene
-    rung, reference = found.rungs[found.chosen], found.references[0]
-    assert rung.chosen is not None
-    rows = {joint.name: k for k, joint in enumerate(found.machine.moving_joints)}
-    held = {name: Formula.parse(float(reference.start.q[rows[name]])) for name in rung.left_out}
-    steps = tuple(dict.fromkeys((*scene.steps, *filter(None, (rung.chosen.method,)))))
-    forces = dict.fromkeys((*scene.forces, *(str(x) for one in found.references for x in one.loaded.forces)))
-    scene = replace(scene, forces=tuple(forces), steps=steps, condense=scene.condense or bool(found.condensed))
-    if rung.locked:
-        return replace(scene, locked={**scene.locked, **held})
-    return replace(scene, static={**held_positions(whole, scene.static), **held})
-
-
-def ladder_json(found: Ladder) -> dict[str, Any]:
-    """Return all rungs as plain data."""
-    return {
-        "tolerance": dict(found.tolerance),
-        "rungs": [_rung_json(found, k, rung) for k, rung in enumerate(found.rungs)],
-        "chosen": found.chosen,
-        "distrusted": list(found.distrusted),
-        "full": {"method": found.full.method, "steps": found.full.steps, "operations": found.full.operations},
-        "arithmetic": dict(found.arithmetic),
-        "springs": [
-            {"name": x.name, "alone": x.alone, "activity": x.activity, "frequency": x.frequency} for x in found.springs
-        ],
-        "condensed": list(found.condensed),
-        "advice": advice(found),
-    }
+    return period_line(wanted, found.step_of(rung), rung.measured.seconds) if rung and rung.measured else ""
 
 
 def _rung_json(found: Ladder, k: int, rung: Rung) -> dict[str, Any]:
@@ -173,21 +153,13 @@ def _rung_json(found: Ladder, k: int, rung: Rung) -> dict[str, Any]:
         "measured": dict(measured.model) if measured else None,
         "method": rung.chosen.method if rung.chosen else None,
         "steps": rung.chosen.steps if rung.chosen else None,
-        "step": _step(found, rung) if rung.chosen else None,
+        "step": found.step_of(rung) if rung.chosen else None,
         "operations": rung.chosen.operations if rung.chosen else None,
         "step_errors_predicted": dict(rung.chosen.predicted) if rung.chosen else None,
         "step_errors_measured": dict(measured.steps) if measured and rung.chosen else None,
         "seconds_per_step": measured.seconds if measured and rung.chosen else None,
         "verdict": _verdict(found, k),
     }
-
-
-def worst_output(found: Ladder) -> str:
-    """Return the output whose error is the largest part of its tolerance, over all rungs."""
-    shares = {
-        name: max(rung.predicted[name] for rung in found.rungs) / limit for name, limit in found.tolerance.items()
-    }
-    return max(shares, key=lambda name: shares[name])
 
 
 def _name(rung: Rung, before: set[str]) -> str:
@@ -197,13 +169,21 @@ def _name(rung: Rung, before: set[str]) -> str:
     return f"+ {', '.join(new)}" if new else "none"
 
 
-def _step(found: Ladder, rung: Rung) -> float:
-    """Return the shortest step of a rung over all motions, s."""
-    assert rung.chosen is not None
-    return min(reference.duration for reference in found.references) / rung.chosen.steps
-
-
 def _verdict(found: Ladder, k: int) -> str:
     if k == found.chosen:
         return "<- chosen"
     return "prediction failed" if k in found.distrusted else ""
+
+
+declare(
+    Ladder,
+    Field("tolerance"),
+    Field("rungs", lambda x: [_rung_json(x, k, rung) for k, rung in enumerate(x.rungs)]),
+    Field("chosen"),
+    Field("distrusted"),
+    Field("full"),
+    Field("arithmetic"),
+    Field("springs"),
+    Field("condensed"),
+    Field("advice", advice),
+)

@@ -5,29 +5,28 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.codegen.c_runs import Run, render_runs, runs
+from symoro_elastic.analysis.simulation.moving_base import rows
+from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.codegen.c_steps import Run, render_runs, runs
 from symoro_elastic.codegen.compile import compile_library, load_library
+from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
-from symoro_elastic.integration.methods import METHODS, nodes_of
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.implicit_steps import Motors
-from symoro_elastic.numerics.closed_positions import Followed
-from symoro_elastic.numerics.loop_passages import refuse_lost
-from symoro_elastic.numerics.values import given_values
-from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.simulation.moving_base import BaseStates, rows
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.traced import traced
+from symoro_elastic.models.state import split_into
+from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.branch_crossings import refuse_lost
 
 FLAGS = ("-O2",)
 """Wider vectors wait for numbers that were just stored, and cost more than they save here."""
@@ -38,24 +37,16 @@ MOST_RECORDED = 100_000
 
 
 @dataclass(frozen=True)
-class Trajectory:
-    """States at times t (N,) s: q, qd (N, n) of the independent joints and the torques (N, m), SI units, radians.
+class Trajectory(Motion):
+    """States along a motion: what steps carry, and the torques.
 
     `step` is the time between steps and `seconds` what one took; a motion of many steps keeps some of them only.
-    `q_dep` (N, d) are the joints that loops without a closed form determine, None where there are none; `base` are the
-    states of a floating base, and the wrench on it.
     """
 
-    t: Array
-    q: Array
-    qd: Array
-    tau: Array
     method: str
     step: float
     steps: int
     seconds: float
-    q_dep: Array | None = None
-    base: BaseStates = field(default_factory=dict)
 
 
 class CompiledSteps:
@@ -72,7 +63,9 @@ class CompiledSteps:
     def __init__(self, machine: Machine, methods: Sequence[str], folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         self.machine = machine
-        self.package = traced(machine, Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)).package
+        self.package = trace_models(
+            machine, Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)
+        ).package
         text = source_text(with_own_results(self.package), DOUBLE)
         files = render_c(self.package) | render_runs(self.package.name, text.steps)
         library = load_library(compile_library(files, folder, flags=self.flags))
@@ -83,18 +76,18 @@ class CompiledSteps:
         """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
         refuse_still(reference)
         if reference.loaded.forces != self.machine.forces:
-            raise reference.prescribed.error("forces", "the steps are those of a machine under other forces")
+            raise reference.prescribed.error("forces", "these steps were generated for a machine under other forces")
         h = reference.duration / steps
         run = self._runs[f"{self.package.name}_step_{method}{ways_of(reference).suffix}"]
-        state = self._state(reference, run)
+        state = {name: reference.at_start.blocks[name].copy() for name in run.written}
         every = -(-steps // MOST_RECORDED)
         kept, passed = [np.concatenate(list(state.values()))[None]], 0.0
         width = sum(run.written.values())
         for first in range(0, steps, CHUNK):
             count = min(CHUNK, steps - first)
-            rows = _rows(reference, method, h * np.arange(first, first + count, dtype=float), h)
+            given = _rows(reference, method, h * np.arange(first, first + count, dtype=float), h)
             record = np.empty((count, width))
-            arrays = [rows[name] for name in run.read]
+            arrays = [given[name] for name in run.read]
             began = time.perf_counter()
             self._call(run, count, arrays, h, [*state.values(), record])
             passed += time.perf_counter() - began
@@ -102,31 +95,16 @@ class CompiledSteps:
             kept.append(record[last])
             progress(first + count, steps)
         numbers = [0, *(k for k in range(1, steps + 1) if k % every == 0 or k == steps)]
-        ends = np.cumsum([x.size for x in state.values()])
-        states = dict(zip(state, np.split(np.concatenate(kept), ends[:-1], axis=1), strict=True))
-        return self._trajectory(reference, method, np.array(numbers) * h, states, steps, passed / steps)
-
-    def _state(self, reference: Reference, run: Run) -> dict[str, Array]:
-        start = reference.start
-        state = {"q": start.q.copy(), "qd": start.qd.copy()}
-        if "q_dep" in run.written:
-            state["q_dep"] = Followed(self.machine, given_values(self.machine)).at(start.q[None])[0]
-        return state | {name: x.copy() for name, x in reference.base.items() if name in run.written}
+        t = np.array(numbers) * h
+        states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(kept))}
+        moved = with_servo_torques(reference, Motion(states, t))
+        return Trajectory(moved.blocks, t, method, h, steps, passed / steps)
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
         held = [np.ascontiguousarray(array) for array in read]
         pointers = (array.ctypes.data for array in held)
         p = None if self.p is None else self.p.ctypes.data
         self._entries[run.name](count, *pointers, h, p, *(array.ctypes.data for array in written))
-
-    def _trajectory(
-        self, reference: Reference, method: str, t: Array, states: dict[str, Array], steps: int, seconds: float
-    ) -> Trajectory:
-        q, qd, q_dep = states["q"], states["qd"], states.get("q_dep")
-        tau = servo_torques(reference, t, q, qd, q_dep)
-        h = reference.duration / steps
-        base = rows(reference.base, len(t)) | {name: x for name, x in states.items() if name in reference.base}
-        return Trajectory(t, q, qd, tau, method, h, steps, seconds, q_dep, base)
 
 
 def ways_of(reference: Reference) -> Motors:
@@ -136,11 +114,11 @@ def ways_of(reference: Reference) -> Motors:
     return Motors.DRIVEN if reference.servo is None else Motors.SERVO
 
 
-def servo_torques(reference: Reference, t: Array, q: Array, qd: Array, q_dep: Array | None = None) -> Array:
-    """Return the torques of servos (N, m); NaN where motors follow exactly, whose torques the inverse model gives."""
+def with_servo_torques(reference: Reference, motion: Motion) -> Motion:
+    """Return the states with torques of servos; NaN where motors follow exactly: the inverse model gives these."""
     if reference.servo is None:
-        return np.full((len(t), len(reference.motors)), np.nan)
-    return law_of_servos(reference, t, *reference.of_motors(q, qd, q_dep))
+        return motion.with_blocks(tau=np.full((len(motion.t), len(reference.motors)), np.nan))
+    return motion.with_blocks(tau=law_of_servos(reference, motion.t, *reference.of_motors(motion)))
 
 
 def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
@@ -155,11 +133,11 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
 def refuse_still(reference: Reference) -> None:
     """Raise `InputError` where no equations are left to integrate."""
     machine, given = reference.machine, reference.prescribed
-    if machine.floating:
+    if reference.base:
         return
     if not machine.motors:
-        raise machine.error("motors", "no joint has a motor: nothing moves the machine from its equilibrium")
-    if reference.servo is None and len(machine.motors) == len(machine.moving):
+        raise machine.error("motors", "no joint has a motor, so nothing moves the machine out of its equilibrium")
+    if reference.servo is None and len(machine.motors) == len(machine.independent):
         what = "every joint is a motor that follows exactly: nothing is left to simulate. Give the motors servos"
         raise given.error("servo", what)
 
@@ -169,24 +147,25 @@ def refuse_turned(reference: Reference, run: Trajectory) -> None:
 
     Its closed form tells angles up to a whole turn, so its servo would be given another one there.
     """
-    machine, (x, _) = reference.machine, reference.of_motors(run.q, run.qd, run.q_dep)
+    machine, (x, _) = reference.machine, reference.of_motors(run)
     for m, joint in enumerate(machine.motor_joints):
         jumps = np.abs(np.diff(x[:, m])) > np.pi
         if jumps.any() and joint.sigma == 0 and machine.motors[m] in machine.dependent:
-            when = f"simulate: at {run.t[int(np.argmax(jumps))]:.4g} s it gets half a turn away from its start"
+            when = f"simulate: at {run.t[int(np.argmax(jumps))]:.4g} s it is half a turn away from its start"
             raise machine.error(f"joint {joint.name}", f"{when}: make it independent (dependent = [...])")
 
 
 def refuse_lost_loops(reference: Reference, run: Trajectory) -> None:
     """Raise `InputError` by loop and time where a motion leaves the branch on which its loops start."""
-    refuse_lost(reference.machine, "simulate", run.t, run.q, run.qd, run.q_dep)
+    refuse_lost(reference.machine, "simulate", run.t, run)
 
 
-def prescribed(reference: Reference, steps: int) -> Trajectory:
+def reference_motion(reference: Reference, steps: int) -> Trajectory:
     """Return the motion of a machine all of whose joints follow the reference exactly."""
     t = np.linspace(0.0, reference.duration, steps + 1)
     q, qd, _ = (x[:, np.argsort(reference.machine.motor_entries)] for x in reference.at(t))
-    return Trajectory(t, q, qd, np.full_like(q, np.nan), "", reference.duration / steps, steps, 0.0)
+    blocks = {"q": q, "qd": qd, "tau": np.full_like(q, np.nan)}
+    return Trajectory(blocks, t, "", reference.duration / steps, steps, 0.0)
 
 
 def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[str, Array]:
@@ -195,8 +174,7 @@ def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[st
     times = (begins[:, None] + h * nodes).ravel()
     y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at(times))
     forces = {"f_ext": reference.wrenches(times)[0].reshape(len(begins), -1), "f_extd": reference.wrenches(begins)[1]}
-    if reference.base:
-        forces["f0"] = np.tile(reference.base["f0"], (len(begins), len(nodes)))
+    forces |= {name: np.tile(block, (len(begins), len(nodes))) for name, block in reference.base.items()}
     if not reference.motors:
         return forces | {"tau": np.zeros((len(begins), 0))}
     if reference.servo is None:

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Friction, Machine, Wrench
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.packages import for_vibrations
-from symoro_elastic.simulation.observed import Motion
-from symoro_elastic.simulation.reference import Reference
 
 FORMS = ("kinetic", "gravity", "elastic")
 """Forms of energy, in the order of the model `energy`."""
@@ -24,7 +23,7 @@ FORMS = ("kinetic", "gravity", "elastic")
 class EnergyBalance:
     """Energies over a motion, J: `put_in` by motors and forces, `dissipated` by dampers and friction, `stored` more.
 
-    `courses` (N, 3) are kinetic energy, that of gravity and that of springs at each time. `largest` is the largest
+    `energies` (N, 3) are kinetic energy, that of gravity and that of springs at each time. `largest` is the largest
     kinetic and elastic energy meanwhile; `left_over` is what steps and samples lose or make.
     """
 
@@ -32,7 +31,7 @@ class EnergyBalance:
     dissipated: float
     stored: float
     largest: float
-    courses: Array
+    energies: Array
 
     @property
     def left_over(self) -> float:
@@ -43,7 +42,7 @@ class EnergyBalance:
 def energy_balance(reference: Reference, motion: Motion) -> EnergyBalance:
     """Return the balance of a motion, its powers integrated by Simpson's rule over the samples."""
     machine = reference.machine
-    energy = motion.given_to(numpy_model(machine, ("energy",)).energy)
+    (energy,) = motion.results(numpy_model(machine, ("energy",)).energy)
     total = energy.sum(axis=1)
     simpson = for_vibrations("scipy.integrate").simpson
     lossless = _without_losses(machine)
@@ -56,12 +55,10 @@ def energy_balance(reference: Reference, motion: Motion) -> EnergyBalance:
 def _power(reference: Reference, motion: Motion) -> Array:
     """Return the power (N,) of motors and forces, W."""
     machine = reference.machine
-    _, rates = reference.of_motors(motion.q, motion.qd, motion.q_dep)
+    _, rates = reference.of_motors(motion)
     found: Array = (motion.tau * rates).sum(axis=1)
     unloaded = replace(machine, joints=tuple(replace(j, wrench=Wrench()) for j in machine.joints))
-    found = found + _power_of(reference.loaded, unloaded, motion)
-    if reference.base:
-        found = found + (motion.base["f0"] * motion.base["V0"]).sum(axis=1)
+    found = found + _power_of(reference.loaded, unloaded, motion) + (motion.f0 * motion.V0).sum(axis=1)
     return found
 
 
@@ -79,15 +76,11 @@ def _power_of(machine: Machine, other: Machine, motion: Motion) -> Array:
     model = numpy_model(machine, ("inertia_matrix", "direct_dynamics"))
     more = _accelerations(model.direct_dynamics, motion)
     more = more - _accelerations(numpy_model(other, ("direct_dynamics",)).direct_dynamics, motion)
-    rates = np.concatenate([motion.base["V0"], motion.qd], axis=1) if motion.base else motion.qd
-    found: Array = np.einsum("ti,tij,tj->t", rates, motion.given_to(model.inertia_matrix), more)
+    rates, (A,) = np.concatenate([motion.V0, motion.qd], axis=1), motion.results(model.inertia_matrix)
+    found: Array = np.einsum("ti,tij,tj->t", rates, A, more)
     return found
 
 
 def _accelerations(model: Callable[..., Any], motion: Motion) -> Array:
-    """Return the accelerations (N, n) of the joints, or (N, 6 + n) of a floating base and the joints."""
-    found = motion.given_to(model)
-    if not motion.base:
-        return np.asarray(found)
-    qdd, V0d = found
-    return np.concatenate([V0d, qdd], axis=1)
+    """Return the accelerations (N, n) of the coordinates, those of the base first where they are results."""
+    return np.concatenate(motion.results(model)[::-1], axis=1)

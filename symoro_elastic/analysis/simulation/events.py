@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.packages import for_vibrations
-from symoro_elastic.vibration.signals import JointSignal, entry_of, outputs
+from symoro_elastic.numerics.motion.signals import JointSignal, entry_of, outputs
 
 States = Callable[[Array], tuple[Array, Array]]
 """q, qd (N, n) at times (N,)."""
@@ -44,16 +44,17 @@ class Crossing:
 
 
 def level_of(machine: Machine, signal: str, level: float) -> Level:
-    """Return a level of a signal by its name; raises `InputError` where it is no position or velocity of a joint."""
+    """Return a level of a signal by its name; raises `InputError` where it is not a position or velocity of a joint."""
     (found,) = outputs(machine, [signal])
     if not isinstance(found, JointSignal) or found.order > 1:
-        what = f"{signal} is no position or velocity of a joint: give {machine.moving_joints[0].name}.q = X, or .qd"
+        name = machine.independent_joints[0].name
+        what = f"{signal} is not a position or velocity of a joint: give {name}.q = X, or .qd"
         raise machine.error("--event", what)
     return Level(found.name, entry_of(machine, found), found.order, level)
 
 
 class Watch:
-    """Looks for crossings of levels in one interval of time after another; touching a level is no crossing."""
+    """Looks for crossings of levels in one interval of time after another; touching a level is not a crossing."""
 
     def __init__(self, levels: Sequence[Level]) -> None:
         self.levels = levels

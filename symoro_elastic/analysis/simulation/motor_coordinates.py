@@ -1,6 +1,6 @@
-"""A machine whose motors follow from loops, beside itself in coordinates in which the motors are independent.
+"""A machine whose motors follow from loops, in its own coordinates and in those of its motors.
 
-What motors are told to do is a motion in these coordinates; the machine as its file has it keeps its closed forms.
+Reference motions are given in motor coordinates; the machine in the coordinates of its file keeps its closed forms.
 """
 
 from __future__ import annotations
@@ -11,19 +11,20 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.models.motor_coordinates import dependent_motors
+from symoro_elastic.models.state import State
+from symoro_elastic.numerics.closed_positions import JointCoordinates
 from symoro_elastic.numerics.independent_joints import with_independent_motors
-from symoro_elastic.numerics.own_motion import OwnMotion
+from symoro_elastic.numerics.motion.shared_motors import followers
 from symoro_elastic.numerics.values import given_values
-from symoro_elastic.vibration.shared_motors import followers
 
 
 @dataclass(frozen=True)
-class MotorView:
-    """The joints of a machine as those of `other`, the same machine with independent motors, tell them."""
+class MotorCoordinates:
+    """The joints of a machine from those of `other`, the same machine with independent motors."""
 
     machine: Machine
     other: Machine
@@ -34,30 +35,30 @@ class MotorView:
         Springs that are not named are neutral, other joints where loops start. Raises `InputError`.
         """
         q = np.array(
-            [named.get(joint.name, x) for joint, x in zip(self.machine.moving_joints, self._usual, strict=True)]
+            [named.get(joint.name, x) for joint, x in zip(self.machine.independent_joints, self._usual, strict=True)]
         )
-        found = OwnMotion(self.machine, self.other.moving)(q[None], np.zeros((1, len(q))))[0][0]
+        found = JointCoordinates(self.machine, self.other.independent)(State({"q": q[None]}))[0][0]
         if not np.isfinite(found).all():
-            at = ", ".join(f"{j.name}={x:g}" for j, x in zip(self.machine.moving_joints, q, strict=True))
+            at = ", ".join(f"{j.name}={x:g}" for j, x in zip(self.machine.independent_joints, q, strict=True))
             raise self.machine.error(f"loop {self._loops}", f"it does not close at {at}: start somewhere else")
-        return dict(zip((joint.name for joint in self.other.moving_joints), found.tolist(), strict=True))
+        return dict(zip((joint.name for joint in self.other.independent_joints), found.tolist(), strict=True))
 
     def own(self, q: Array, qd: Array, qdd: Array) -> Array:
         """Return q, qd, qdd (3, N, n) of the machine at states (N, n) of `other`; NaN where a loop does not close."""
-        return self._own(q, qd, qdd)
+        return self._own(State({"q": q, "qd": qd, "qdd": qdd}))
 
     def forces(self, q: Array, torques: Array) -> Array:
         """Return S_m^T torques (n,) on the machine's coordinates at q (n,) (L3)."""
-        found: Array = self._motors(np.tile(q, (len(q), 1)), np.eye(len(q)))[1] @ torques
+        found: Array = self._motors(State({"q": np.tile(q, (len(q), 1)), "qd": np.eye(len(q))}))[1] @ torques
         return found
 
     @cached_property
-    def _own(self) -> OwnMotion:
-        return OwnMotion(self.other, self.machine.moving)
+    def _own(self) -> JointCoordinates:
+        return JointCoordinates(self.other, self.machine.independent)
 
     @cached_property
-    def _motors(self) -> OwnMotion:
-        return OwnMotion(self.machine, self.machine.motors)
+    def _motors(self) -> JointCoordinates:
+        return JointCoordinates(self.machine, self.machine.motors)
 
     @property
     def _usual(self) -> list[float]:
@@ -65,7 +66,7 @@ class MotorView:
         start = {name: x.value(values) for loop in self.machine.loops for name, x in loop.start.items()}
         return [
             joint.spring.neutral.value(values) if joint.kind is Kind.ELASTIC else start.get(str(joint.variable), 0.0)
-            for joint in self.machine.moving_joints
+            for joint in self.machine.independent_joints
         ]
 
     @property

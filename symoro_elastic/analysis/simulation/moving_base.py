@@ -1,4 +1,4 @@
-"""A floating base in simulated motions: where it starts, the machine on a base held there, frames in the world."""
+"""A base that moves in simulated motions: where it starts, the machine on a base held there, frames in the world."""
 
 from __future__ import annotations
 
@@ -7,29 +7,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Given, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import BaseStart, PrescribedMotion
-from symoro_elastic.models.base_steps import orientation_of
+from symoro_elastic.models.state import State, orientation_of
 from symoro_elastic.numerics.values import given_values
-
-BaseStates = Mapping[str, Array]
-"""Q0 (N, 4) or R0 (N, 9), P0 (N, 3), V0 (N, 6), the wrench f0 (N, 6), accelerations V0d (N, 6); empty where fixed."""
-FIXED: BaseStates = {}
-STATE = ("Q0", "R0", "P0", "V0")
-"""What time steps carry of a base."""
 
 
 def start_of_base(machine: Machine, prescribed: PrescribedMotion) -> dict[str, Array]:
-    """Return pose, velocity and wrench of a floating base at the start, a row each; empty for a fixed base.
+    """Return pose, velocity and wrench of the base at the start, a row each; empty where it is fixed.
 
     Raises `InputError` where the acceleration of the base is known, and for forces on frames.
     """
-    if machine.floating is None:
+    if not machine.degrees_of_base:
         return {}
-    if machine.floating.known is Given.ACCELERATION:
-        what = 'the acceleration of the base is given, so it is no state of a motion: write known = "wrench"'
+    if "V0d" in known_of_base(machine):
+        what = 'the acceleration of the base is given, so it is not a state of a motion: write known = "wrench"'
         raise machine.error("base, known", what)
     if prescribed.forces:
         raise prescribed.error("forces", "not offered on a floating base: give the wrench on it, in base")
@@ -41,28 +36,28 @@ def start_of_base(machine: Machine, prescribed: PrescribedMotion) -> dict[str, A
     return {name: x.astype(float) for name, x in found.items()}
 
 
-def held_machine(machine: Machine, start: BaseStates) -> Machine:
+def held_machine(machine: Machine, start: Mapping[str, Array]) -> Machine:
     """Return the machine on a base that is held where it starts: gravity in axes of the base."""
-    if machine.floating is None:
+    if not start:
         return machine
     values = given_values(machine)
-    gravity = rotation_at(start)[0].T @ np.array([x.value(values) for x in machine.base.gravity])
+    gravity = rotation_at(State(start))[0].T @ np.array([x.value(values) for x in machine.base.gravity])
     x, y, z = (Formula.parse(repr(float(component))) for component in gravity)
     return replace(machine, floating=None, base=replace(machine.base, gravity=(x, y, z)))
 
 
-def rows(start: BaseStates, count: int) -> dict[str, Array]:
+def rows(start: Mapping[str, Array], count: int) -> dict[str, Array]:
     """Return a base that stays where it starts, at rest, for so many times."""
     still = {name: np.tile(x, (count, 1)) for name, x in start.items()}
     return still | {name: np.zeros((count, 6)) for name in ("V0", "V0d") if start}
 
 
-def rotation_at(states: BaseStates) -> Array:
+def rotation_at(state: State) -> Array:
     """Return rotations (N, 3, 3) from axes of the base to those of the world."""
-    if "R0" in states:
-        found: Array = states["R0"].reshape(-1, 3, 3)
+    if "R0" in state.blocks:
+        found: Array = state.R0.reshape(-1, 3, 3)
         return found
-    return rotations(np.atleast_2d(states["Q0"]))
+    return rotations(np.atleast_2d(state.Q0))
 
 
 def rotations(Q: Array) -> Array:
@@ -95,19 +90,19 @@ def quaternion(R: Array) -> Array:
     return found if found[0] >= 0 else -found
 
 
-def placed_in_world(base: BaseStates, T: Array) -> Array:
+def placed_in_world(state: State, T: Array) -> Array:
     """Return placements (N, 4, 4) relative to the world of frames whose placements relative to the base are T."""
-    if not base:
+    if not state.base:
         return T
-    R, found = rotation_at(base), T.copy()
+    R, found = rotation_at(state), T.copy()
     found[:, :3, :3] = R @ T[:, :3, :3]
-    found[:, :3, 3] = base["P0"] + (R @ T[:, :3, 3, None])[..., 0]
+    found[:, :3, 3] = state.P0 + (R @ T[:, :3, 3, None])[..., 0]
     return found
 
 
-def in_world(base: BaseStates, V: Array) -> Array:
+def in_world(state: State, V: Array) -> Array:
     """Return twists (N, 6) in axes of the world of those in axes of the base."""
-    if not base:
+    if not state.base:
         return V
-    found: Array = (rotation_at(base)[:, None] @ V.reshape(-1, 2, 3)[..., None]).reshape(-1, 6)
+    found: Array = (rotation_at(state)[:, None] @ V.reshape(-1, 2, 3)[..., None]).reshape(-1, 6)
     return found

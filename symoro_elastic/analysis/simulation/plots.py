@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.pictures import new_figure, save_figures
-from symoro_elastic.simulation.energy_balance import FORMS
-from symoro_elastic.simulation.simulated import Simulation
-from symoro_elastic.simulation.tolerances import unit_of
+from symoro_elastic.analysis.simulation.energy_balance import FORMS
+from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.analysis.simulation.tolerances import unit_of
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.results import figures_of
 
 LEAST_OF_SPECTRUM = 1e-9
 """Of the largest amplitude of an output, for a frequency to be drawn."""
 
 
-def plot_simulations(found: Sequence[Simulation], folder: str | Path, form: str = "png") -> list[Path]:
-    """Write outputs, deviation, spectrum and energy of motions to a folder; numbered where there are several.
-
-    Returns their paths. Raises `InputError`.
-    """
-    figures: dict[str, Any] = {}
-    for number, one in enumerate(found, 1):
-        end = f"_{number}" if len(found) > 1 else ""
-        figures[f"outputs{end}"] = _over_time(one, one.outputs, "outputs")
-        figures[f"deviation{end}"] = _over_time(one, one.deviation, "deviation from the reference motion")
-        figures[f"spectrum{end}"] = spectrum(one)
-        figures[f"energy{end}"] = energies(one)
-    return save_figures(figures, folder, form)
+@figures_of.register
+def _(found: Simulation) -> dict[str, Any]:
+    return {
+        "outputs": _over_time(found, found.outputs, "outputs"),
+        "deviation": _over_time(found, found.deviation, "deviation from the reference motion"),
+        "spectrum": spectrum(found),
+        "energy": energies(found),
+    }
 
 
 def _over_time(found: Simulation, columns: Array, title: str) -> Any:
@@ -81,10 +75,10 @@ def energies(found: Simulation) -> Any:
     """Return kinetic energy, that of gravity and that of springs over time, from the start, and their sum."""
     figure = new_figure(8.0, 4.0)
     axis = figure.add_subplot()
-    courses = found.energy.courses - found.energy.courses[0]
-    for name, course in zip(FORMS, courses.T, strict=True):
-        axis.plot(found.motion.t, course, linewidth=0.9, label=name)
-    axis.plot(found.motion.t, courses.sum(axis=1), color="black", linewidth=0.9, linestyle="--", label="sum")
+    changes = found.energy.energies - found.energy.energies[0]
+    for name, energy in zip(FORMS, changes.T, strict=True):
+        axis.plot(found.motion.t, energy, linewidth=0.9, label=name)
+    axis.plot(found.motion.t, changes.sum(axis=1), color="black", linewidth=0.9, linestyle="--", label="sum")
     axis.set_xlabel("time, s")
     axis.set_ylabel("energy, J")
     axis.set_title("energies, from the start", fontsize="small")

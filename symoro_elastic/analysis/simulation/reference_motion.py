@@ -1,29 +1,58 @@
-"""The reference motion of a machine: what its motors are told to do, and where it starts."""
+"""The reference motion of a machine: the motions of its motors, and its start."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.simulation.motor_coordinates import MotorCoordinates, with_motors_that_follow_exactly
+from symoro_elastic.analysis.simulation.moving_base import held_machine, rows, start_of_base
+from symoro_elastic.analysis.time_series.preparation import LONGEST_GAP
+from symoro_elastic.analysis.time_series.reading import place_of_sample
+from symoro_elastic.analysis.vibration.comparison_motion import COEFFICIENTS, SPLINE_DEGREE
+from symoro_elastic.analysis.vibration.reference_trajectory import ReferenceTrajectory, read_samples
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.models.motor_coordinates import dependent_motors
-from symoro_elastic.numerics.own_motion import OwnMotion
-from symoro_elastic.simulation.motor_motion import Record, risen, wobble
-from symoro_elastic.simulation.motor_view import MotorView, with_motors_that_follow_exactly
-from symoro_elastic.simulation.moving_base import BaseStates, held_machine, start_of_base
-from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
-from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.soft_springs import refuse_soft_static
+from symoro_elastic.models.state import DEPENDENT
+from symoro_elastic.models.state import State as Blocks
+from symoro_elastic.numerics.closed_positions import JointCoordinates, with_dependent
+from symoro_elastic.numerics.motion.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.motion.soft_springs import refuse_soft_static
+
+Curve = Callable[[Array], Array]
+RISE = Polynomial([0.0] * 4 + list(COEFFICIENTS))
+RATES = (RISE, RISE.deriv(), RISE.deriv(2), RISE.deriv(3))
+REACHED = 1e-9
+"""Of a duration: how far a record may end before it."""
+EVEN, MISSING = 0.9, 1.5
+"""Share of the steps of a record on an even clock that are the usual one, and a step in which a sample is missing."""
 
 SAMPLES = 1001
 SAME = 1e-9
 """Of a position, rad or m: that of `start` and of a record."""
+
+
+@dataclass(frozen=True)
+class Motion(Blocks):
+    """States at times t (N,) s: all blocks that models take, torques and accelerations among them."""
+
+    t: Array
+
+    def __getitem__(self, samples: Any) -> Self:
+        return replace(super().__getitem__(samples), t=self.t[samples])
 
 
 @dataclass(frozen=True)
@@ -32,7 +61,7 @@ class Reference:
 
     `start` has the springs at their equilibrium, and the motors at the position and the velocity of the motion.
     `servo` holds the gains kp and kd (m,), in N m/rad and N m s/rad or N/m and N s/m; None where motors follow exactly.
-    `base` is the start of a floating base and the wrench on it, empty where the base is fixed.
+    `base` holds the blocks of the base at the start, and the wrench on it; none where it is fixed.
     Where motors are on dependent joints, `viewed` is where the coordinates of `view` start.
     """
 
@@ -41,13 +70,13 @@ class Reference:
     start: State
     servo: tuple[Array, Array] | None
     record: Record | None = None
-    base: BaseStates = field(default_factory=dict)
-    view: MotorView | None = None
+    base: Mapping[str, Array] = field(default_factory=dict)
+    view: MotorCoordinates | None = None
     viewed: Array | None = None
 
     @property
     def duration(self) -> float:
-        """Time that is looked at, s."""
+        """Simulated time, s."""
         return self.prescribed.duration
 
     @cached_property
@@ -87,21 +116,34 @@ class Reference:
         q, v, a = self.view.own(*self._with_motors(self.view.other, self.viewed, t))
         return q, v, a
 
-    def of_motors(self, q: Array, qd: Array, q_dep: Array | None = None) -> tuple[Array, Array]:
-        """Return positions and rates (N, m) of the variables of the motors at states (N, n)."""
+    def motion(self, t: Array) -> Motion:
+        """Return the states at times (N,) where motors are on their motion and all else stays; torques are NaN."""
+        q, qd, qdd = self.states(t)
+        tau, (f_ext, _) = np.full((len(t), len(self.motors)), np.nan), self.wrenches(t)
+        blocks = {"q": q, "qd": qd, "qdd": qdd, "tau": tau, "f_ext": f_ext, **rows(self.base, len(t))}
+        return with_dependent(self.machine, Motion(blocks, t))
+
+    @cached_property
+    def at_start(self) -> Blocks:
+        """The blocks at the start."""
+        moved = with_dependent(self.machine, Blocks({"q": self.start.q[None], "qd": self.start.qd[None]}))
+        return moved[0].with_blocks(**self.base)
+
+    def of_motors(self, state: Blocks) -> tuple[Array, Array]:
+        """Return positions and rates (N, m) of the variables of the motors at states."""
         if not dependent_motors(self.machine):
             motors = list(self.machine.motor_entries)
-            return q[:, motors], qd[:, motors]
-        x, xd = self._own_motion(q, qd, q_dep=q_dep)
+            return state.q[:, motors], state.qd[:, motors]
+        x, xd = self._joint_coordinates(Blocks(state.only(("q", "qd", DEPENDENT))))
         return x, xd
 
     @cached_property
-    def _own_motion(self) -> OwnMotion:
-        return OwnMotion(self.machine, self.machine.motors)
+    def _joint_coordinates(self) -> JointCoordinates:
+        return JointCoordinates(self.machine, self.machine.motors)
 
     @cached_property
     def _motors_at_start(self) -> Array:
-        x, _ = self.of_motors(self.start.q[None], self.start.qd[None])
+        x, _ = self.of_motors(Blocks({"q": self.start.q[None], "qd": self.start.qd[None]}))
         found: Array = x[0]
         return found
 
@@ -147,9 +189,9 @@ def reference_of(
 ) -> Reference:
     """Return the reference of a motion, with joints locked as `machine` has them, for these values of parameters.
 
-    Springs on a floating base start at the equilibrium of a base held there. Wrenches that act are those of the motion
+    Springs start at their equilibrium on a base that is held at its start. Wrenches that act are those of the motion
     alone. Raises `InputError` for a base of known acceleration, motors that cannot all follow exactly, motors that the
-    scene locks, servos of some motors only, records that are no motion of all motors, and joints that nothing supports.
+    scene locks, servos of some motors only, records without all motors, and joints that nothing supports.
     """
     machine = replace(machine, forces=()) if machine.forces else machine
     base = start_of_base(machine, prescribed)
@@ -158,7 +200,7 @@ def reference_of(
     followed = machine if prescribed.servo else with_motors_that_follow_exactly(machine, prescribed)
     held = held_machine(followed, base)
     motion = EquationsOfMotion(held, values)
-    view = None if motion.given.moving == machine.moving else MotorView(machine, motion.given)
+    view = None if motion.given.independent == machine.independent else MotorCoordinates(machine, motion.given)
     at = _positions(machine, prescribed, record)
     if view:
         at = view.positions(at) | _positions(machine, replace(prescribed, start={}), record)
@@ -174,17 +216,17 @@ def reference_of(
     return _in_motion(reference, motion, start)
 
 
-def _refuse_other_start(view: MotorView, prescribed: PrescribedMotion, start: State) -> None:
+def _refuse_other_start(view: MotorCoordinates, prescribed: PrescribedMotion, start: State) -> None:
     """Raise `InputError` where the positions that are given are not those where the record of the motors begins."""
     q = view.own(start.q[None], start.qd[None], start.qdd[None])[0, 0]
-    for joint, x in zip(view.machine.moving_joints, q.tolist(), strict=True):
+    for joint, x in zip(view.machine.independent_joints, q.tolist(), strict=True):
         given = prescribed.start.get(joint.name, x)
         if abs(given - x) > SAME * max(1.0, abs(x)):
             what = f"{given:g} is not where {prescribed.file} puts it, {x:g}: leave it out"
             raise prescribed.error(f"start, {joint.name}", what)
 
 
-def _viewed(view: MotorView, start: State) -> State:
+def _viewed(view: MotorCoordinates, start: State) -> State:
     """Return a state at rest in the machine's own coordinates."""
     ((q,), qd, qdd) = view.own(start.q[None], start.qd[None], start.qdd[None])
     return replace(start, q=q, qd=qd[0], qdd=qdd[0], tau=view.forces(q, start.torques))
@@ -202,7 +244,7 @@ def _in_motion(reference: Reference, motion: EquationsOfMotion, start: State) ->
 
 def independent_motors(machine: Machine) -> tuple[list[int], list[int]]:
     """Return the entries in q of the motors that own some, and their places among all motors."""
-    columns = [k for k, j in enumerate(machine.motors) if j in machine.moving]
+    columns = [k for k, j in enumerate(machine.motors) if j in machine.independent]
     return list(machine.motor_entries), columns
 
 
@@ -213,21 +255,21 @@ def _refuse_large(reference: Reference) -> None:
         largest = np.abs(x).max(axis=0)
         for name, reached in zip(reference.motors, largest, strict=True):
             if not reached <= LARGEST_INPUT:
-                told = f"its {what} reaches {reached:.3g} rad or m{unit}: {LARGEST_INPUT:g} is the most"
+                told = f"its {what} reaches {reached:.3g} rad or m{unit}: {LARGEST_INPUT:g} is the largest allowed"
                 raise reference.prescribed.error(name, told)
 
 
 def _refuse_locked(machine: Machine, prescribed: PrescribedMotion) -> None:
     """Raise `InputError` for a motor, or a joint in `start`, that moves no more, and for motors without a servo."""
     motors = [joint.name for joint in machine.motor_joints]
-    moving = [joint.name for joint in machine.moving_joints]
+    moving = [joint.name for joint in machine.independent_joints]
     named = [("start", name, moving) for name in prescribed.start]
     named += [(f"moves {k}", move.motor, motors) for k, move in enumerate(prescribed.moves, 1)]
     named += [(f"wobbles {k}", move.motor, motors) for k, move in enumerate(prescribed.wobbles, 1)]
     named += [("servo", name, motors) for name in prescribed.servo]
     for key, name, there in named:
         if name not in there:
-            raise prescribed.error(key, f"{name} is locked by the scene: leave it out of one of both")
+            raise prescribed.error(key, f"{name} is locked by the scene: remove one of the two")
     without = [name for name in motors if name not in prescribed.servo]
     if prescribed.servo and without:
         what = f"{', '.join(without)} without a servo: give one to all motors, or to none, which then follow exactly"
@@ -277,3 +319,81 @@ def _law(servo: Servo, m: float) -> tuple[float, float]:
         return servo.kp, servo.kd
     omega = 2 * np.pi * servo.frequency
     return m * omega**2, 2 * servo.damping * m * omega
+
+
+def risen(t: Array, begins: float, lasts: float) -> Array:
+    """Return the rise from 0 to 1, 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7 with x = (t - begins) / lasts, constant beyond."""
+    x = np.clip((t - begins) / lasts, 0.0, 1.0)
+    return np.array([rate(x) / lasts**k for k, rate in enumerate(RATES)])
+
+
+def wobble(t: Array, amplitude: float, frequency: float, duration: float) -> Array:
+    """Return amplitude sin(2 pi frequency t), faded in over the first period and out over the last of the duration."""
+    omega, period = 2 * np.pi * frequency, 1 / frequency
+    sine, cosine = np.sin(omega * t), np.cos(omega * t)
+    swing = amplitude * np.array([sine, omega * cosine, -(omega**2) * sine, -(omega**3) * cosine])
+    falling = risen(duration - t, 0.0, period) * np.array([[1.0], [-1.0], [1.0], [-1.0]])
+    return _product(_product(risen(t, 0.0, period), falling), swing)
+
+
+def _product(f: Array, g: Array) -> Array:
+    """Return f g and its derivatives."""
+    return np.array([sum(math.comb(n, k) * f[n - k] * g[k] for k in range(n + 1)) for n in range(len(f))])
+
+
+class Record:
+    """The motion of all motors in a file: polynomials of degree 5 between its samples.
+
+    They have its velocities and accelerations where the file gives both, else they are a spline through its positions.
+    """
+
+    def __init__(self, path: Path, machine: Machine, duration: float) -> None:
+        """Raises `InputError` for a file that is not a motion of all motors, and does not last as long."""
+        samples = read_samples(path, machine)
+        self.t = samples.t
+        _refuse_parts(samples, duration)
+        self.curves = {name: _curves(samples, name) for name in samples.y}
+
+    def __call__(self, motor: str, t: Array) -> Array:
+        """Return the motion of a motor; beyond the record it stays where it was."""
+        inside = np.clip(t, self.t[0], self.t[-1])
+        return np.array([curve(inside) for curve in self.curves[motor]])
+
+
+def _refuse_parts(samples: ReferenceTrajectory, duration: float) -> None:
+    """Raise `InputError` for a record with a gap, or that does not reach from 0 to the end of the motion."""
+    t, source = samples.t, samples.source
+    if len(t) <= SPLINE_DEGREE:
+        raise InputError(source, "t", f"{len(t)} samples are too few for a motion: give {SPLINE_DEGREE + 1} or more")
+    if t[0] > REACHED * duration or t[-1] < duration * (1 - REACHED):
+        what = f"it has {t[0]:g} to {t[-1]:g} s, the motion 0 to {duration:g} s: record all of it, or change duration"
+        raise InputError(source, "t", what)
+    steps = np.diff(t)
+    usual = float(np.median(steps))
+    is_even = np.mean(np.abs(steps - usual) < (MISSING - 1) * usual) >= EVEN
+    gaps = steps > (MISSING if is_even else LONGEST_GAP) * usual
+    if gaps.any():
+        k = int(np.argmax(gaps))
+        what = f"gap of {steps[k]:g} s after {t[k]:g} s, {place_of_sample(source, k)}: give samples there"
+        raise InputError(source, "t", what)
+
+
+def _curves(samples: ReferenceTrajectory, motor: str) -> list[Curve]:
+    """Return piecewise polynomials y, y', y'', y''' through the samples of a motor. Raises `InputError`."""
+    if motor in samples.doubts and samples.order(motor) < 2:
+        what = f"{samples.doubts[motor][1]}; give positions alone, and a spline goes through them"
+        raise InputError(samples.source, f"{samples.columns}_{motor}", what)
+    interpolate = for_vibrations("scipy.interpolate")
+    if samples.order(motor) < 2:
+        y = interpolate.make_interp_spline(samples.t, samples.y[motor][0], k=SPLINE_DEGREE)
+    else:
+        y = interpolate.BPoly(_between(samples.t, samples.y[motor]), samples.t)
+    return [y, *(y.derivative(order) for order in (1, 2, 3))]
+
+
+def _between(t: Array, rows: Array) -> Array:
+    """Return the Bernstein coefficients (6, N - 1) of the polynomials with y, y', y'' of `rows` at both ends."""
+    h, (y, yd, ydd) = np.diff(t), rows[:3]
+    first = (y[:-1], y[:-1] + h * yd[:-1] / 5, y[:-1] + 2 * h * yd[:-1] / 5 + h**2 * ydd[:-1] / 20)
+    last = (y[1:] - 2 * h * yd[1:] / 5 + h**2 * ydd[1:] / 20, y[1:] - h * yd[1:] / 5, y[1:])
+    return np.array([*first, *last])

@@ -11,23 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array, ComplexArray
-from symoro_elastic.errors import InputError
-from symoro_elastic.integration.methods import METHODS, Method, share_of_halving
-from symoro_elastic.integration.tableaus import Tableau
-from symoro_elastic.integration.w_methods import W3
-from symoro_elastic.machine.free_base import COORDINATES
-from symoro_elastic.machine.machine import Machine
-from symoro_elastic.model_ladder.path import LinearPath, linear_path
-from symoro_elastic.model_ladder.resolution import SLOW, in_detail, path_if_resolved, refuse_unresolved
-from symoro_elastic.model_ladder.spring_errors import Deviations, relative
-from symoro_elastic.model_ladder.stability import PLACES, damped_above, largest_stable_step, poles
-from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
-from symoro_elastic.model_ladder.whole_steps import WHOLE, is_whole, part_from, part_of, rounded_down
-from symoro_elastic.models.time_steps import refuse_machines_without_steps
-from symoro_elastic.progress import Announce, Progress, announce_nothing, no_progress
-from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.simulation.compiled_steps import (
+from symoro_elastic.analysis.simulation.compiled_steps import (
     CompiledSteps,
     Trajectory,
     refuse_lost_loops,
@@ -35,11 +19,42 @@ from symoro_elastic.simulation.compiled_steps import (
     refuse_turned,
     ways_of,
 )
-from symoro_elastic.simulation.energy_balance import energy_balance
-from symoro_elastic.simulation.observed import Motion, Observer
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.simulation.simulated import Simulation
-from symoro_elastic.simulation.step_cost import StepCost
+from symoro_elastic.analysis.simulation.energy_balance import energy_balance
+from symoro_elastic.analysis.simulation.observed import Observer
+from symoro_elastic.analysis.simulation.periods import WHOLE, is_whole, part_from, part_of, rounded_down
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath, linear_path
+from symoro_elastic.analysis.simulation.prediction.resolution import (
+    SLOW,
+    in_detail,
+    path_if_resolved,
+    refuse_unresolved,
+)
+from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative
+from symoro_elastic.analysis.simulation.prediction.stability import PLACES, damped_above, largest_stable_step, poles
+from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors, fewest_steps
+from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.codegen.integration.methods import METHODS, Method, Midpoint, share_of_halving
+from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
+from symoro_elastic.codegen.integration.tableaus import Tableau
+from symoro_elastic.codegen.integration.w_methods import W3
+from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import names_to_fold
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.base_steps import base_models
+from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.implicit_steps import Motors, implicit_system
+from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
+from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.quantities.time_steps import TimeStep
+from symoro_elastic.symbolic.program import OperationCount
+
+DIVISION, SINE = 5, 15
+"""Products that take about as long as a division, and as a sine and a cosine."""
 
 SHARE = 0.25
 """Of the tolerance that a step may take."""
@@ -78,14 +93,14 @@ class Simulating:
 
     @cached_property
     def observer(self) -> Observer:
-        """Outputs of motions; a machine with springs left out has none of theirs. Raises `InputError`."""
+        """Outputs of motions; a machine with springs left out has no signals of these. Raises `InputError`."""
         return Observer(self.machine, self.reference, self.names)
 
     @property
     def is_predicted(self) -> bool:
         """Whether there is a linear model along the motion.
 
-        Not on a floating base or where joints depend on others, nor for long motions.
+        Not where the base moves freely or joints depend on others, nor for long motions.
         """
         return self._path is not None
 
@@ -95,9 +110,14 @@ class Simulating:
         assert self._path is not None
         return self._path
 
+    @property
+    def _is_tree(self) -> bool:
+        """Whether joints are independent, on a fixed base."""
+        return not self.machine.is_coupled and not self.machine.degrees_of_base
+
     @cached_property
     def _path(self) -> tuple[LinearPath, tuple[int, ...]] | None:
-        if self._linear or self.machine.is_coupled or self.machine.floating:
+        if self._linear or not self._is_tree:
             return self._linear
         allowed = dict.fromkeys(self.names, 0.0) | dict(self.request.tolerance or {})
         path = path_if_resolved(self.reference, allowed)
@@ -145,7 +165,7 @@ class Simulating:
 
     def largest_step(self, method: Method) -> float:
         """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others."""
-        if not isinstance(method, Tableau) or self.machine.is_coupled or self.machine.floating:
+        if not isinstance(method, Tableau) or not self._is_tree:
             return math.inf
         return largest_stable_step(method, self.poles)
 
@@ -192,7 +212,7 @@ class Simulating:
         """Raise `InputError` for more steps than are carried out."""
         if steps > MOST_STEPS:
             hours = steps * SLOW / 3600
-            taken = f"{steps:.3g} steps, some {hours:.3g} h of work: {MOST_STEPS:.0e} are the most, so give"
+            taken = f"{steps:.3g} steps, some {hours:.3g} h of work: {MOST_STEPS:.0e} is the limit, so give"
             least, period = self.reference.duration / MOST_STEPS, self.request.period
             if period and period < least:
                 what = f"{taken} at most {rounded_down(MOST_STEPS * period)} s with a period of {period:g} s"
@@ -219,10 +239,7 @@ def enough_steps(
 
 
 def simulate(
-    reference: Reference,
-    request: Request,
-    announce: Announce = announce_nothing,
-    progress: Progress = no_progress,
+    reference: Reference, request: Request, announce: Announce = announce_nothing, progress: Progress = no_progress
 ) -> Simulation:
     """Return a motion simulated by compiled steps of even size, refined until its measured errors are tolerable.
 
@@ -239,7 +256,7 @@ def simulate(
 
 
 def _method(simulating: Simulating, announce: Announce) -> str:
-    """Return the method that is asked for, or the cheapest by prediction. Raises `InputError` where none serves."""
+    """Return the requested method, or the cheapest by prediction. Raises `InputError` where none serves."""
     request = simulating.request
     refuse_still(simulating.reference)
     refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
@@ -251,18 +268,18 @@ def _method(simulating: Simulating, announce: Announce) -> str:
 
 
 def refuse_period(simulating: Simulating) -> None:
-    """Raise `InputError` where the motion is no whole number of periods, or a period no whole number of steps."""
+    """Raise `InputError` where the motion is not a whole number of periods, or a period no whole number of steps."""
     period, step, duration = simulating.request.period, simulating.request.step, simulating.reference.duration
     if period is None:
         return
     if not is_whole(duration / period):
         nearest = max(1, round(duration / period)) * period
-        what = f"{period:g} s is no whole part of the motion of {duration:g} s: make its duration {nearest:g} s"
+        what = f"{period:g} s is not a whole part of the motion of {duration:g} s: make its duration {nearest:g} s"
         raise simulating.error("period", what)
     if step and 0 < step < math.inf and not is_whole(period / step):
         largest = min(step, simulating.largest_step(METHODS[simulating.request.method or W3.name]))
         give = part_of(period, largest)
-        raise simulating.error("--step", f"{step:g} s is no whole part of the period of {period:g} s: give {give} s")
+        raise simulating.error("--step", f"{step:g} s is not a whole part of the period of {period:g} s: give {give} s")
 
 
 def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, float]]:
@@ -273,7 +290,7 @@ def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, fl
         simulating.refuse_many(steps)
         return steps, predicted
     if not 0 < step < math.inf:
-        raise simulating.error("--step", f"{step:g} s is no time: give a positive number")
+        raise simulating.error("--step", f"{step:g} s is not a time: give a positive number")
     simulating.refuse_many(duration / step)
     simulating.refuse_unstable(method, step)
     steps = math.ceil(duration / step * (1 - WHOLE))
@@ -387,11 +404,80 @@ def _refuse_infinite(simulating: Simulating, trajectory: Trajectory) -> None:
     if not finite.all():
         first = trajectory.t[int(np.argmin(finite))]
         shorter = f"with steps of {trajectory.step:.3g} s: give shorter ones"
-        raise simulating.error("--step", f"the motion grows out of range at {first:.4g} s {shorter}")
+        raise simulating.error("--step", f"the motion leaves the valid range at {first:.4g} s {shorter}")
 
 
 def _free_joints(reference: Reference) -> tuple[str, ...]:
-    """Return the pose of a floating base, and the positions of the joints that do not follow exactly."""
+    """Return the pose of a base that moves freely, and the positions of the joints that do not follow exactly."""
     exact = () if reference.servo else reference.motors
-    joints = tuple(f"{joint.name}.q" for joint in reference.machine.moving_joints if joint.name not in exact)
-    return (*(COORDINATES if reference.machine.floating else ()), *joints)
+    joints = tuple(f"{joint.name}.q" for joint in reference.machine.independent_joints if joint.name not in exact)
+    return (*COORDINATES[: reference.machine.degrees_of_base], *joints)
+
+
+# Operations of a time step, counted in the programs that it calls.
+def cost_in_products(count: OperationCount) -> int:
+    """Return the operations of a program as so many products."""
+    return count.mul + count.add + DIVISION * count.div + SINE * count.sincos
+
+
+class StepCost:
+    """Operations of steps of a machine whose motors are given in a way."""
+
+    def __init__(self, machine: Machine, motors: Motors) -> None:
+        self.machine, self.motors = machine, motors
+        self._folded = names_to_fold(machine, Scene(fold=ALL))
+
+    def of(self, method: Method) -> int:
+        """Return the operations of a step, weighted: those of its right sides, systems and sums."""
+        rows, n = _sums(method), len(self.machine.independent) + self.machine.degrees_of_base
+        found = _stages(method) * (self._of_model(self._right_side) + self._of_motors) + 4 * n * rows
+        calls = _stages(method) + 1, _stages(method)
+        for times, one in zip(calls, base_models(self.machine, self._folded), strict=False):
+            found += times * cost_in_products(one.program.count)
+        if isinstance(method, Rosenbrock):
+            dense = 2 * n**3 // 3 + len(method.m) * 6 * n**2
+            return found + self._of_model("linearization") + dense
+        if isinstance(method, Tableau):
+            return found
+        factors, solve = self._system
+        return found + factors + _stages(method) * solve
+
+    @property
+    def _right_side(self) -> str:
+        return "inverse_dynamics" if self.motors is Motors.DRIVEN else "direct_dynamics"
+
+    @cached_property
+    def _of_motors(self) -> int:
+        """Operations of positions and velocities of motors that follow from loops, under servos."""
+        if self.motors is not Motors.SERVO or not dependent_motors(self.machine):
+            return 0
+        return cost_in_products(motor_coordinates(self.machine, self._folded).program.count)
+
+    def _of_model(self, name: str) -> int:
+        if name not in self._counts:
+            self._counts[name] = cost_in_products(trace(self.machine, name, folded=self._folded).program.count)
+        return self._counts[name]
+
+    @cached_property
+    def _counts(self) -> dict[str, int]:
+        return {}
+
+    @cached_property
+    def _system(self) -> tuple[int, int]:
+        factors, solve = implicit_system(self.machine, self.motors, self._folded)
+        return cost_in_products(factors.program.count), cost_in_products(solve.program.count)
+
+
+def _stages(method: Method) -> int:
+    if isinstance(method, Midpoint):
+        return method.iterations
+    return len(method.m if isinstance(method, Rosenbrock) else method.b)
+
+
+def _sums(method: Method) -> int:
+    """Return the coefficients of a step that are not zero."""
+    if isinstance(method, Midpoint):
+        return 2 * method.iterations
+    rows = [*(method.A if isinstance(method, Tableau) else method.a)]
+    rows += [] if isinstance(method, Tableau) else [*(method.c if isinstance(method, Rosenbrock) else method.g)]
+    return sum(1 for row in rows for x in row if x) + _stages(method)

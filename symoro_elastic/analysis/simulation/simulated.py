@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.simulation.compiled_steps import Trajectory
-from symoro_elastic.simulation.energy_balance import EnergyBalance
-from symoro_elastic.simulation.events import Crossing
-from symoro_elastic.simulation.observed import Motion
-from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.analysis.simulation.compiled_steps import Trajectory
+from symoro_elastic.analysis.simulation.energy_balance import EnergyBalance
+from symoro_elastic.analysis.simulation.events import Crossing
+from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.results import Result
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,26 +56,3 @@ class Simulation(Result):
         run = self.trajectory
         what = f"{self.motion.t[-1]:g} s by {run.steps} steps of {run.method}"
         return f"Simulation of {self.reference.machine.name}: {self.reference.prescribed.place}, {what}"
-
-    def parts(self) -> list[Part]:
-        """Return the tables of steps and of errors, and sentences about energy and vibrations."""
-        from symoro_elastic.simulation.tables import errors_table, simulation_lines, steps_table
-
-        title = f"{self.reference.machine.name}: {self.reference.prescribed.place}, {self.motion.t[-1]:g} s"
-        return [Titled(steps_table(self), title), Titled(errors_table(self)), *simulation_lines(self)]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return steps, errors, energies and crossings as plain data."""
-        from symoro_elastic.simulation.tables import simulation_json
-
-        return simulation_json(self)
-
-    def arrays(self) -> dict[str, Array]:
-        """Return t, q_, qd_, qdd_ of joints and tau_ of motors, a row a step."""
-        from symoro_elastic.simulation.tables import simulation_columns
-
-        return simulation_columns(self)
-
-    def columns(self) -> dict[str, Array]:
-        """Return `arrays`, and the outputs."""
-        return {**self.arrays(), **dict(zip(self.names, self.outputs.T, strict=True))}

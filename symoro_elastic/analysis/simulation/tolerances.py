@@ -1,14 +1,14 @@
-"""Signals that are wanted of a motion, and the errors that are allowed of them."""
+"""Requested signals of a motion, and their largest errors."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import Wanted
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.wanted import Wanted
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.vibration.signals import MOTOR_TORQUE, input_unit, inputs, output_unit, outputs
+from symoro_elastic.numerics.motion.signals import MOTOR_TORQUE, input_unit, inputs, output_unit, outputs
 
 POSITIONS = ("m", "rad")
 ROUNDING = 1e-14
@@ -38,7 +38,7 @@ def tolerances(wanted: Wanted, machine: Machine) -> dict[str, float]:
         named = [_named(name, wanted, machine, "tolerance") for name in wanted.tolerance]
         return dict(zip(named, wanted.tolerance.values(), strict=True))
     if not asked:
-        raise wanted.error("tolerance", "one number is that of all outputs: add outputs, or give it by signal")
+        raise wanted.error("tolerance", "one number applies to all outputs: add outputs, or give it by signal")
     for signal in asked:
         unit = unit_of(machine, signal)
         if unit not in POSITIONS:

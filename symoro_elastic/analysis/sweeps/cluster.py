@@ -10,10 +10,10 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager
 from typing import Any
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.packages import imported
-from symoro_elastic.sweeps.points import Outcome, Task
-from symoro_elastic.sweeps.processes import DIED, LONGEST, Computed, Numbered
+from symoro_elastic.analysis.sweeps.processes import DIED, LONGEST, Computed, Numbered
+from symoro_elastic.analysis.sweeps.tasks import Outcome, Task
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import import_optional
 
 OPTION = "--scheduler"
 ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
@@ -31,7 +31,7 @@ class Cluster:
     def __init__(self, task: Task, address: str) -> None:
         self.task, self.address = task, address
 
-    def computed(self, points: Numbered) -> Iterator[Computed]:
+    def outcomes(self, points: Numbered) -> Iterator[Computed]:
         """Yield the outcomes of points, some at a time, in the order in which they are found.
 
         Raises `InputError` where there is no scheduler, where it vanishes, and where it has no workers.
@@ -86,7 +86,7 @@ class Cluster:
     def _client(self) -> Iterator[Any]:
         """A client of the scheduler; it is closed in the end, and the cluster stays."""
         if not ADDRESS.fullmatch(self.address):
-            what = f"{self.address!r} is no address: give that of a scheduler, such as tcp://192.0.2.1:8786"
+            what = f"{self.address!r} is not an address: give that of a scheduler, such as tcp://192.0.2.1:8786"
             raise InputError("symoro-elastic", OPTION, what)
         distributed = _distributed()
         with _silent(), ExitStack() as closing:
@@ -107,7 +107,7 @@ class Cluster:
         try:
             return send()
         except (TypeError, AttributeError, ValueError) as error:
-            what = f"the work cannot be sent to other processes ({_short(error)}): define the function in a module"
+            what = f"the function cannot be sent to other processes ({_short(error)}): define the function in a module"
             raise InputError("symoro-elastic", "--of", what) from None
         except (OSError, CancelledError):
             raise self._lost() from None
@@ -120,7 +120,7 @@ class Cluster:
 
     def _lost(self) -> InputError:
         kept = "a journal (--out) keeps what was computed: give the command again"
-        return InputError("symoro-elastic", OPTION, f"{self.address!r}: the scheduler has gone; {kept}")
+        return InputError("symoro-elastic", OPTION, f"{self.address!r}: the scheduler is gone; {kept}")
 
     def _without_workers(self) -> InputError:
         return InputError("symoro-elastic", OPTION, f"{self.address!r} has no workers: start some, or leave it out")
@@ -145,7 +145,7 @@ def _outcomes(task: Task, points: Numbered) -> Computed:
 
 
 def _distributed() -> Any:
-    return imported("distributed", "a sweep on a cluster", "sweep")
+    return import_optional("distributed", "a sweep on a cluster", "sweep")
 
 
 def _short(error: BaseException) -> str:

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError, among
-from symoro_elastic.packages import imported
-from symoro_elastic.sizes import refuse_numbers
-from symoro_elastic.sweeps.axes import OPTION, Axis, Listed, Normal, Spread, Uniform
+from symoro_elastic.analysis.sweeps.ranges import OPTION, Axis, Listed, Normal, Spread, Uniform
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.foundation.sizes import refuse_numbers
 
 SAMPLINGS = ("latin", "random", "sobol")
 """Latin hypercube, Monte Carlo, Sobol's sequence."""
@@ -52,11 +52,11 @@ def design(
     Raises `InputError` where axes and samples do not fit together, and for more points than can be computed.
     """
     if not axes:
-        raise InputError("symoro-elastic", OPTION, "nothing is swept: name a quantity and its values")
+        raise InputError("symoro-elastic", OPTION, "nothing to sweep: name a quantity and its values")
     if samples is None:
         for option, given in (("--sampling", sampling), ("--seed", seed)):
             if given is not None:
-                raise InputError("symoro-elastic", option, "a grid is not drawn: give --samples, or leave it out")
+                raise InputError("symoro-elastic", option, "a grid is not random: give --samples, or leave it out")
         return _grid(axes)
     return _sample(axes, samples, sampling or SAMPLINGS[0], 0 if seed is None else seed)
 
@@ -64,7 +64,7 @@ def design(
 def _grid(axes: Mapping[str, Axis]) -> Design:
     listed = {name: one for name, one in axes.items() if isinstance(one, Listed)}
     for name in axes.keys() - listed.keys():
-        what = f"{name} has a distribution: say by --samples how many are drawn, or give LOW:HIGH:COUNT"
+        what = f"{name} has a distribution: give the number of points by --samples, or give LOW:HIGH:COUNT"
         raise InputError("symoro-elastic", OPTION, what)
     lengths = tuple(one.count for one in listed.values())
     _refuse_many(math.prod(lengths), len(axes), "--over", "give fewer values")
@@ -80,11 +80,11 @@ def _sample(axes: Mapping[str, Axis], samples: int, sampling: str, seed: int) ->
     spreads: list[Spread] = []
     for name, one in axes.items():
         if not isinstance(one, Uniform | Normal):
-            what = f"{name} has listed values, which no sample is drawn from: give LOW:HIGH, or leave out --samples"
+            what = f"{name} has a list of values, which cannot be sampled: give LOW:HIGH, or leave out --samples"
             raise InputError("symoro-elastic", OPTION, what)
         spreads.append(one)
     if sampling == "sobol" and samples & (samples - 1):
-        what = f"{samples} points of Sobol's sequence are not balanced: give {1 << samples.bit_length()}, a power of 2"
+        what = f"{samples} points of a Sobol sequence are not balanced: give {1 << samples.bit_length()}, a power of 2"
         raise InputError("symoro-elastic", "--samples", what)
     _refuse_many(samples, len(axes), "--samples", "give fewer")
     shares = _shares(samples, len(axes), sampling, seed)
@@ -101,7 +101,7 @@ def _shares(count: int, dimensions: int, sampling: str, seed: int) -> Array:
     if sampling == "random":
         drawn = np.random.default_rng(seed).random((count, dimensions))
     else:
-        qmc = imported("scipy.stats.qmc", "a sample", "sweep")
+        qmc = import_optional("scipy.stats.qmc", "a sample", "sweep")
         engine = (qmc.LatinHypercube if sampling == "latin" else qmc.Sobol)(dimensions, seed=seed)
         drawn = engine.random(count)
     least = float(np.finfo(float).tiny)

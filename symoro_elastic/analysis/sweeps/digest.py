@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 OWN = __name__.partition(".")[0]
 SOURCE = "source"
@@ -204,5 +204,7 @@ def _known(what: str) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError, AttributeError, RecursionError):
-        cannot = f"cannot tell whether {what} changed since: make it inside of the function, or leave out the journal"
+        cannot = (
+            f"cannot tell whether {what} has changed since: create it inside the function, or leave out the journal"
+        )
         raise InputError("symoro-elastic", "journal", cannot) from None

@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.pictures import new_figure, save_figures
-from symoro_elastic.sweeps.sweep import Sweep
+from symoro_elastic.analysis.sweeps.sweep import Sweep
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.results import figures_of
 
 MOST_CURVES, MOST_MAPS, MOST_BARS = 12, 12, 15
 
 
-def plot_sweep(found: Sweep, folder: str | Path, form: str = "png") -> list[Path]:
-    """Write the plots of a sweep to a folder; returns their paths. Raises `InputError`.
+@figures_of.register
+def _(found: Sweep) -> dict[str, Any]:
+    """Return figures_<k>, one for each unit, of grids of one quantity, map_<k>, one for each figure, of two.
 
-    Grids of one quantity are figures_<k>.<form>, one for each unit, of two map_<k>.<form>, one for each figure; others
-    and samples are influence.<form>.
+    Others and samples are in the figure `influence`.
     """
     names = [name for name, x in found.figures.items() if np.isfinite(x).any()]
     if found.design.is_grid and len(found.quantities) == 1:
-        return save_figures({f"figures_{k}": lines(found, group) for k, group in _by_unit(found, names)}, folder, form)
+        return {f"figures_{k}": lines(found, group) for k, group in _by_unit(found, names)}
     if found.design.is_grid and len(found.quantities) == 2 and min(found.design.lengths) > 1:
-        pictures = {f"map_{k}": map_of(found, name) for k, name in enumerate(names[:MOST_MAPS], 1)}
-        return save_figures(pictures, folder, form)
-    return save_figures({"influence": bars(found, names)}, folder, form)
+        return {f"map_{k}": map_of(found, name) for k, name in enumerate(names[:MOST_MAPS], 1)}
+    return {"influence": bars(found, names)}
 
 
 def _by_unit(found: Sweep, names: Sequence[str]) -> list[tuple[int, list[str]]]:
@@ -37,7 +36,7 @@ def _by_unit(found: Sweep, names: Sequence[str]) -> list[tuple[int, list[str]]]:
 
 
 def lines(found: Sweep, names: Sequence[str]) -> Any:
-    """Return figures of one unit over the quantity of a grid."""
+    """Return the plot of results of one unit over the quantity of a grid."""
     figure = new_figure(8.0, 5.0)
     axis = figure.subplots()
     (x,) = found.points.T

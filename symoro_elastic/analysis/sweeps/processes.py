@@ -16,8 +16,8 @@ from contextlib import contextmanager
 from multiprocessing.context import BaseContext
 from typing import TypeAlias
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.sweeps.points import Outcome, Task
+from symoro_elastic.analysis.sweeps.tasks import Outcome, Task
+from symoro_elastic.foundation.errors import InputError
 
 Numbered: TypeAlias = Sequence[tuple[int, Sequence[float]]]
 Computed: TypeAlias = list[tuple[int, Outcome]]
@@ -33,7 +33,7 @@ _task: Task | None = None
 
 
 def refuse_workers(workers: int) -> None:
-    """Raise `InputError` for a number of processes that is none."""
+    """Raise `InputError` for an invalid number of processes."""
     if isinstance(workers, bool) or not isinstance(workers, int) or not 0 <= workers <= MOST_WORKERS:
         what = f"{workers!r}: give a number of processes from 1 to {MOST_WORKERS}, or 0 for one on each core"
         raise InputError("symoro-elastic", "--workers", what)
@@ -51,7 +51,7 @@ class Processes:
         self.task, self.workers = task, workers
         self._have_worked = False
 
-    def computed(self, points: Numbered) -> Iterator[Computed]:
+    def outcomes(self, points: Numbered) -> Iterator[Computed]:
         """Yield the outcomes of points, some at a time, in the order in which they are found. Raises `InputError`."""
         left = dict(points)
         size = max(1, min(LONGEST, len(left) // (PARTS * self.workers)))
@@ -60,7 +60,7 @@ class Processes:
             yield from self._one_by_one({number: left.pop(number) for part in lost for number, _ in part})
 
     def _one_by_one(self, suspects: dict[int, Sequence[float]]) -> Iterator[Computed]:
-        """Yield the outcomes of points one of which may end its process; it is given up then."""
+        """Yield the outcomes of points one of which may end its process; that one is then given up."""
         deaths: Counter[int] = Counter()
         while suspects:
             lost = yield from self._until_one_dies(suspects, 1, 1)

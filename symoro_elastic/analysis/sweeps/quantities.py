@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.sweeps.ranges import OPTION
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import Cell, Dimension, cells
 from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.named_cells import with_named_cells
-from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.sweeps.axes import OPTION
+from symoro_elastic.machine.names import did_you_mean, quote
 
 POSITION = "q."
 """What the name of a position begins with: q.motor_x. It may be left out where no parameter is called so."""
-STRUCTURE = "zeros and angles of the table, and lengths in loops, are the structure of a machine: name a parameter"
+STRUCTURE = (
+    "zeros and angles of the table, and lengths in loops, are part of the structure of a machine: name a parameter"
+)
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,8 @@ def impossible(found: Sequence[Quantity], row: Sequence[float]) -> str:
 
 def _known(machine: Machine) -> dict[str, Quantity]:
     """Return all quantities by name: parameters first, then cells as in TOML and in .par, then positions."""
-    positions = [Quantity(x.name, x.name, True, x.unit) for x in machine.moving_joints]
-    positions += [Quantity(x, x, True, "rad" if ".r" in x else "m") for x in COORDINATES if machine.floating]
+    positions = [Quantity(x.name, x.name, True, x.unit) for x in machine.independent_joints]
+    positions += [Quantity(x, x, True, "rad" if ".r" in x else "m") for x in COORDINATES[: machine.degrees_of_base]]
     named = {parameter.name for parameter in with_named_cells(machine).parameters}
     alone = {str(f) for joint in machine.joints for cell, f in cells(joint) if _is_nonnegative(cell)}
     found = {p.name: Quantity(p.name, p.name, False, p.unit, p.name in alone) for p in machine.parameters}
@@ -68,7 +70,7 @@ def _known(machine: Machine) -> dict[str, Quantity]:
     for one in positions:
         found[POSITION + one.name] = Quantity(POSITION + one.name, one.key, True, one.unit)
         found.setdefault(one.name, one)
-    for joint in machine.moving_joints:
+    for joint in machine.independent_joints:
         variable = str(joint.variable)
         found.setdefault(variable, Quantity(variable, joint.name, True, joint.unit))
     return found
@@ -89,6 +91,6 @@ def _found(machine: Machine, name: str, known: dict[str, Quantity]) -> Quantity:
     joint, _, key = name.partition(".")
     own = next((x for x in machine.joints if x.name == joint), None)
     if own and key in {label for cell, _ in cells(own) for label in (cell.name, cell.par)}:
-        raise InputError(machine.label, OPTION, f"{quoted(name)} cannot be swept: {STRUCTURE} in its place")
-    what = f"no parameter, number of the table or position {quoted(name)}{did_you_mean(name, known)}"
+        raise InputError(machine.label, OPTION, f"{quote(name)} cannot be swept: {STRUCTURE} in its place")
+    what = f"no parameter, number of the table or position {quote(name)}{did_you_mean(name, known)}"
     raise InputError(machine.label, OPTION, what)

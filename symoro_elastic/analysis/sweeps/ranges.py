@@ -10,10 +10,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.machine.formula import FormulaError, number, refuse_range
-from symoro_elastic.packages import imported
 
 OPTION = "--over"
 LOG = "log"
@@ -81,7 +81,7 @@ class Normal:
 
     def quantiles(self, shares: Array) -> Array:
         """Return the values below which these shares of all lie."""
-        z = imported("scipy.special", "a sample", "sweep").ndtri(shares)
+        z = import_optional("scipy.special", "a sample", "sweep").ndtri(shares)
         if self.log:
             return np.asarray(self.middle * np.exp(self.deviation * z))
         return np.asarray(self.middle + self.deviation * z)
@@ -94,7 +94,7 @@ AxisLike: TypeAlias = str | float | Sequence[float]
 
 
 def axis(name: str, given: AxisLike) -> Axis:
-    """Return what a quantity is swept over; raises `InputError` for what is no axis."""
+    """Return what a quantity is swept over; raises `InputError` for what is not an axis."""
     try:
         found = _of_text(given) if isinstance(given, str) else Values(_numbers(given))
         _refuse(found)
@@ -114,10 +114,10 @@ def _numbers(given: float | Sequence[float]) -> tuple[float, ...]:
     each = np.ravel(given).tolist() if isinstance(given, np.ndarray) else given
     listed = [each] if isinstance(each, Real) else each
     if isinstance(listed, Mapping) or not isinstance(listed, Sequence):
-        raise ValueError(f"is no list of numbers; {FORMS}")
+        raise ValueError(f"is not a list of numbers; {FORMS}")
     for x in listed:
         if isinstance(x, bool) or not isinstance(x, Real):
-            raise ValueError(f"{x!r} is no number")
+            raise ValueError(f"{x!r} is not a number")
     return tuple(float(x) for x in listed)
 
 
@@ -144,7 +144,7 @@ def _number(text: str) -> float:
     try:
         return number(text)
     except FormulaError as error:
-        raise ValueError(f"{text!r} is no number ({error}); {FORMS}") from None
+        raise ValueError(f"{text!r} is not a number ({error}); {FORMS}") from None
 
 
 def _count(text: str) -> int:
@@ -155,25 +155,25 @@ def _count(text: str) -> int:
 
 
 def _refuse(found: Axis) -> None:
-    """Raise `ValueError` for values that are none, out of range, in no order or given twice."""
+    """Raise `ValueError` for invalid values: not numbers, out of range, not in order or given twice."""
     match found:
         case Values(given):
             if not given:
-                raise ValueError("there is no value: an empty grid has no point")
+                raise ValueError("there is no value: an empty grid has no points")
             if len(set(given)) < len(given):
                 raise ValueError("a value is given twice")
             ends: tuple[float, ...] = given
         case Steps(low, high, count) | Uniform(low, high, count):
             ends = (low, high)
             if not (low < high or (low == high and isinstance(found, Steps) and count == 1)):
-                raise ValueError(f"{low:g}:{high:g} is no range: give LOW:HIGH, LOW first")
+                raise ValueError(f"{low:g}:{high:g} is not a range: give LOW:HIGH, LOW first")
         case Normal(middle, deviation):
             ends = (middle, deviation)
             if not 0 < deviation < math.inf:
-                raise ValueError(f"{deviation:g} is no standard deviation: give a positive one")
+                raise ValueError(f"{deviation:g} is not a standard deviation: give a positive one")
     for x in ends:
         if not math.isfinite(x):
-            raise ValueError(f"{x:g} is no number to compute with")
+            raise ValueError(f"{x:g} is not a number to compute with")
         refuse_range(x)
     if not isinstance(found, Values) and found.log and ends[0] <= 0:
         raise ValueError(f"{ends[0]:g} has no logarithm: give positive numbers")

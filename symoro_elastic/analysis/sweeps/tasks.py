@@ -1,4 +1,4 @@
-"""The figures of one point of a sweep; where they cannot be computed, the reason."""
+"""The results at one point of a sweep; where they cannot be computed, the reason."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from numbers import Real
 from typing import TypeAlias
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.sweeps.quantities import Quantity, impossible, split
+from symoro_elastic.analysis.sweeps.quantities import Quantity, impossible, split
+from symoro_elastic.foundation.errors import InputError
 
 Figures: TypeAlias = Callable[[dict[str, float], dict[str, float]], Mapping[str, float]]
 """Figures by name of a machine with these values of parameters, at these positions of joints."""
@@ -25,13 +25,13 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Task:
-    """What is computed at each point: figures, as functions of the quantities that are swept."""
+    """What is computed at each point: results, as functions of the quantities that are swept."""
 
     function: Figures
     quantities: tuple[Quantity, ...]
 
     def outcome(self, row: Sequence[float]) -> Outcome:
-        """Return the figures of a point; an error of any kind is its reason, and ends no sweep."""
+        """Return the results at a point; an error of any kind becomes its reason, and the sweep continues."""
         if reason := impossible(self.quantities, row):
             return Outcome({}, reason)
         try:
@@ -42,7 +42,7 @@ class Task:
             return Outcome({}, _line(f"{type(error).__name__}: {error}"))
 
     def outcomes(self, numbered: Sequence[tuple[int, Sequence[float]]]) -> list[tuple[int, Outcome]]:
-        """Return the figures of some points, by number."""
+        """Return the results at some points, by number."""
         return [(k, self.outcome(row)) for k, row in numbered]
 
 
@@ -52,10 +52,12 @@ def _checked(figures: object) -> dict[str, float]:
     found = {}
     for name, x in figures.items():
         if not isinstance(name, str) or isinstance(x, bool) or not isinstance(x, Real):
-            raise TypeError(f"{name!r}: {_line(repr(x))} is no number by name: return a dict such as {{'mass': 1.0}}")
+            raise TypeError(
+                f"{name!r}: {_line(repr(x))} is not a number by name: return a dict such as {{'mass': 1.0}}"
+            )
         found[name] = float(x) + 0.0
     if not found:
-        raise ValueError("no figure has a value here")
+        raise ValueError("no result has a value here")
     return found
 
 

@@ -7,23 +7,36 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.sweeps.sweep import Sweep
+from symoro_elastic.analysis.sweeps.sweep import REASON, Sweep
+from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.results import Part, Table, arrays_of, columns_of, json_of, parts_of, plain
 
 MOST_ROWS, MOST_COLUMNS = 40, 6
 """Figures and quantities that tables show; files hold all."""
 MOST_REASONS = 3
 
 
-def figures_table(found: Sweep) -> Any:
-    """Return the least, median and largest value of each figure, and the points of the extremes."""
-    from rich.table import Table
+@parts_of.register
+def _(found: Sweep) -> list[Part]:
+    influence = [_influence_table(found)] if len(found.points) > 1 else []
+    return [_figures_table(found), *influence, *_lines(found)]
 
-    table = Table("figure", box=None, pad_edge=False)
-    for head in ("least", "median", "largest"):
-        table.add_column(head, justify="right")
-    table.add_column("least at")
-    table.add_column("largest at")
+
+@arrays_of.register
+def _(found: Sweep) -> dict[str, AnyArray]:
+    """Return quantities and results by name, (N,) each."""
+    return {**dict(zip(found.quantities, found.points.T, strict=True)), **found.figures}
+
+
+@columns_of.register
+def _(found: Sweep) -> dict[str, Any]:
+    """Return a row for each point: quantities, and results or the reason why there are none."""
+    return {**found.arrays(), REASON: list(found.reasons)}
+
+
+def _figures_table(found: Sweep) -> Table:
+    """Return the least, median and largest value of each figure, and the points of the extremes."""
+    table = Table(("figure", "least", "median", "largest", "least at", "largest at"), title=found.headline)
     for name, x in list(found.figures.items())[:MOST_ROWS]:
         there = np.flatnonzero(~np.isnan(x))
         if len(there):
@@ -35,15 +48,11 @@ def figures_table(found: Sweep) -> Any:
     return table
 
 
-def influence_table(found: Sweep) -> Any:
+def _influence_table(found: Sweep) -> Table:
     """Return a row for each figure with the influence of the strongest quantities."""
-    from rich.table import Table
-
     by = found.influence
     shown = by.strongest()[:MOST_COLUMNS]
-    table = Table("figure", *(by.quantities[k] for k in shown), box=None, pad_edge=False)
-    for column in table.columns[1:]:
-        column.justify = "right"
+    table = Table(("figure", *(by.quantities[k] for k in shown)), title=by.title)
     for row, name in list(enumerate(by.figures))[:MOST_ROWS]:
         table.add_row(name, *(_influence(by.values, by.slopes, row, k) for k in shown))
     return table
@@ -57,11 +66,11 @@ def _influence(values: Array, slopes: Array | None, row: int, k: int) -> str:
     return f"{values[row, k]:+.2f} / " + ("-" if np.isnan(slopes[row, k]) else f"{slopes[row, k]:+.3f}")
 
 
-def sweep_lines(found: Sweep) -> list[str]:
+def _lines(found: Sweep) -> list[str]:
     """Return sentences about what is not shown and about points without result."""
     lines = []
     if len(found.figures) > MOST_ROWS:
-        lines.append(f"{len(found.figures) - MOST_ROWS} more figures are in the files (--out), or choose by --figure")
+        lines.append(f"{len(found.figures) - MOST_ROWS} more results are in the files (--out); choose them by --result")
     if len(found.quantities) > MOST_COLUMNS:
         lines.append(f"the {MOST_COLUMNS} quantities of the largest influence are shown")
     empty = [name for name, x in found.figures.items() if np.isnan(x).all()]
@@ -69,15 +78,16 @@ def sweep_lines(found: Sweep) -> list[str]:
         lines.append(f"without a value at any point: {', '.join(empty[:MOST_ROWS])}")
     reasons = Counter(filter(None, found.reasons))
     if reasons:
-        lines.append(f"{found.failed} of {len(found.points)} points have no result:")
+        lines.append(f"{found.failures} of {len(found.points)} points have no result:")
         lines += [f"  {count} times {reason}" for reason, count in reasons.most_common(MOST_REASONS)]
         if len(reasons) > MOST_REASONS:
             lines.append(f"  and {len(reasons) - MOST_REASONS} reasons more")
     return lines
 
 
-def sweep_json(found: Sweep) -> dict[str, Any]:
-    """Return points, figures and influences as plain data; null where there is no value."""
+@json_of.register
+def _(found: Sweep) -> dict[str, Any]:
+    """Return points, results and influences as plain data; null where there is no value."""
     by, design = found.influence, found.design
     drawn = {} if design.is_grid else {"seed": design.seed}
     return {
@@ -87,17 +97,13 @@ def sweep_json(found: Sweep) -> dict[str, Any]:
         **drawn,
         "quantities": {name: found.points[:, k].tolist() for k, name in enumerate(found.quantities)},
         "lengths": list(design.lengths),
-        "figures": {name: _finite(x) for name, x in found.figures.items()},
+        "figures": plain(found.figures),
         "units": dict(found.units),
         "failed": {str(k): reason for k, reason in enumerate(found.reasons) if reason},
         "influence": {
-            name: dict(zip(by.quantities, _finite(by.values[k]), strict=True)) for k, name in enumerate(by.figures)
+            name: dict(zip(by.quantities, plain(by.values[k]), strict=True)) for k, name in enumerate(by.figures)
         },
     }
-
-
-def _finite(x: Array) -> list[float | None]:
-    return [value if np.isfinite(value) else None for value in x.tolist()]
 
 
 def _titled(found: Sweep, name: str) -> str:

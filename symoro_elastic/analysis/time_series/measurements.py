@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.time_series.named_columns import header_of, named_columns, read_columns, with_units
+from symoro_elastic.analysis.time_series.writing import columns_of, write_columns
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Joint, Machine
-from symoro_elastic.time_series.columns import header_of, named_columns, read_columns, with_units
-from symoro_elastic.time_series.writing import columns_of, write_columns
 
 FEWEST = 50  # samples
 LONGEST_SLIDE = 10.0  # m
@@ -74,7 +74,7 @@ def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) ->
     """Return measurements from columns by header; raises `InputError` for missing, unknown or double names."""
     named, warnings = named_columns(columns, machine, source)
     warnings += [f"column {header_of(key)} is skipped" for key in named if key[0] not in MEASURED_QUANTITIES]
-    joints = machine.moving_joints
+    joints = machine.independent_joints
     motors = machine.motor_joints
     warnings += _following(named, machine)
     _refuse_missing(named, joints, motors, source)
@@ -95,7 +95,7 @@ def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) ->
 
 def _following(named: Iterable[tuple[str, str]], machine: Machine) -> list[str]:
     """Return warnings about columns of joints that follow others, which are computed."""
-    independent = {joint.name for joint in machine.moving_joints}
+    independent = {joint.name for joint in machine.independent_joints}
     following = [header_of(key) for key in named if key[0] in ("q", "qd", "qdd") and key[1] not in independent]
     return [f"column {header} is skipped: the joint follows others" for header in following]
 
@@ -105,11 +105,11 @@ def check(measured: Measurements, machine: Machine, trusted: frozenset[str] = fr
 
     Columns named in `trusted` are taken to be in their unit.
     """
-    joints = machine.moving_joints
+    joints = machine.independent_joints
     motors = machine.motor_joints
     _check_numbers(measured, joints, motors)
     if len(measured.t) < FEWEST:
-        what = f"{len(measured.t)} samples are too few: at least {FEWEST}, and some seconds of motion"
+        what = f"{len(measured.t)} samples are too few: give at least {FEWEST}, and some seconds of motion"
         raise InputError(measured.source, "t", what)
     _check_time(measured)
     warnings = [*measured.warnings]
@@ -123,7 +123,7 @@ def check(measured: Measurements, machine: Machine, trusted: frozenset[str] = fr
 
 def write_measurements(measured: Measurements, machine: Machine, path: str | Path) -> None:
     """Write measurements as a .csv or .npz file that `read_measurements` reads; raises `InputError`."""
-    joints, motors = ([joint.name for joint in some] for some in (machine.moving_joints, machine.motor_joints))
+    joints, motors = ([joint.name for joint in some] for some in (machine.independent_joints, machine.motor_joints))
     blocks = (("q", measured.q, joints), ("qd", measured.qd, joints), ("qdd", measured.qdd, joints))
     given = [(quantity, block, names) for quantity, block, names in blocks if block is not None]
     write_columns(columns_of(measured.t, *given, ("tau", measured.tau, motors)), path)
@@ -172,9 +172,9 @@ def _first(bad: BoolArray) -> int:
 
 
 def refuse_unsorted(measured: Measurements) -> None:
-    """Raise `InputError` where time is no number or does not increase."""
+    """Raise `InputError` where time is not a number or does not increase."""
     if not np.isfinite(measured.t).all():
-        raise InputError(measured.source, "t", f"sample {_first(~np.isfinite(measured.t))} is no number")
+        raise InputError(measured.source, "t", f"sample {_first(~np.isfinite(measured.t))} is not a number")
     steps = np.diff(measured.t)
     if (steps <= 0).any():
         k = _first(steps <= 0)

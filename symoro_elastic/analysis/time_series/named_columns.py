@@ -11,15 +11,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.time_series.reading import Columns, read_arrays
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.time_series.reading import Columns, read_arrays
 
 COLUMN_UNITS = {
     "s": ("t", 1.0), "ms": ("t", 1e-3), "us": ("t", 1e-6),
@@ -36,14 +37,14 @@ _BLOCK = re.compile("[qy]d*|tau")
 
 def read_columns(path: str | Path, machine: Machine) -> Columns:
     """Return the columns of a .csv or .npz file by header, as they are. Raises `InputError`."""
-    joints = [joint.name for joint in machine.moving_joints]
+    joints = [joint.name for joint in machine.independent_joints]
     motors = [joint.name for joint in machine.motor_joints]
     columns: Columns = {}
     for name, array in read_arrays(path).items():
         names = joints if name.startswith("q") else motors
         if _BLOCK.fullmatch(name) and array.ndim == 2:
             if array.shape[1] != len(names):
-                what = f"has {array.shape[1]} columns: {len(names)} are wanted, of {', '.join(names)}"
+                what = f"has {array.shape[1]} columns: {len(names)} are expected, of {', '.join(names)}"
                 raise InputError(str(path), name, what)
             columns |= {f"{name}_{joint}": array[:, k] for k, joint in enumerate(names)}
         elif array.ndim == 1:
@@ -135,3 +136,39 @@ def with_units(columns: Iterable[str]) -> frozenset[str]:
     """Return the names of columns that state their unit."""
     headers = (_HEADER.fullmatch(header) for header in columns)
     return frozenset(parts["name"] for parts in headers if parts and parts["unit"] is not None)
+
+
+@dataclass(frozen=True)
+class NamedColumn:
+    """One kind of column: its name, in which `<joint>` or `<motor>` stands for one, and the kinds of its units."""
+
+    name: str
+    meaning: str
+    kinds: tuple[str, ...]
+    order: int = 0
+    """How often it is derived by time."""
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The units that may follow its name in brackets, SI first for each kind."""
+        ending = per_second(self.order)[0]
+        return tuple(unit + ending for kind in self.kinds for unit, (of, _) in COLUMN_UNITS.items() if of == kind)
+
+    @property
+    def example(self) -> str:
+        """The name with a unit that is not SI."""
+        joint = self.name.replace("<joint>", "elbow").replace("<motor>", "shoulder")
+        return f"{joint} [{self.units[-1]}]"
+
+
+POSITIONS, FORCES = ("slide", "turn"), ("force", "torque")
+NAMED_COLUMNS = (
+    NamedColumn("t", "time; evenly spaced", ("t",)),
+    NamedColumn("q_<joint>", "measured position of a joint", POSITIONS),
+    NamedColumn("qd_<joint>", "its velocity", POSITIONS, 1),
+    NamedColumn("qdd_<joint>", "its acceleration", POSITIONS, 2),
+    NamedColumn("tau_<motor>", "torque or force of a motor", FORCES),
+    NamedColumn("y_<motor>", "desired position of a motor's axis, including the springs behind it", POSITIONS),
+    NamedColumn("yd_<motor>", "its velocity; ydd, yddd ... are further derivatives by time", POSITIONS, 1),
+)
+"""Columns of files of motions and measurements, a row each: what the reference of formats says of them."""

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.time_series.measurements import Measurements, refuse_unsorted
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
-from symoro_elastic.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
-from symoro_elastic.time_series.measurements import Measurements, refuse_unsorted
 
 LONGEST_GAP = 10.0  # of the usual step, that is interpolated
 FASTER = 1.01  # than measured
@@ -35,14 +35,17 @@ class Preparation:
             if name not in motors:
                 raise InputError("symoro-elastic", "--gain", f"no motor {name!r}{did_you_mean(name, motors)}")
             if not math.isfinite(gain) or gain == 0:
-                raise InputError("symoro-elastic", "--gain", f"{name}={gain:g}: give torque over column, not zero")
-        for option, x in (("--from", self.first), ("--to", self.last), ("--resample", self.rate)):
+                raise InputError(
+                    "symoro-elastic", "--gain", f"{name}={gain:g}: give the torque per unit of the column, not zero"
+                )
+        for option, x in (("--after", self.first), ("--before", self.last), ("--resample", self.rate)):
             if x is not None and not math.isfinite(x):
-                raise InputError("symoro-elastic", option, f"{x} is no number that can be used")
+                raise InputError("symoro-elastic", option, f"{x} is not a number that can be used")
         if self.rate is not None and self.rate <= 0:
             raise InputError("symoro-elastic", "--resample", "give a positive frequency, Hz")
         if self.first is not None and self.last is not None and self.first >= self.last:
-            raise InputError("symoro-elastic", "--to", f"{self.last:g} s is not after --from {self.first:g} s")
+            what = f"{self.last:g} s is not later than --after {self.first:g} s"
+            raise InputError("symoro-elastic", "--before", what)
 
     def __call__(self, record: Measurements, machine: Machine) -> Measurements:
         """Return the record made ready. Raises `InputError`."""
@@ -56,7 +59,7 @@ class Preparation:
             return record
         inside = (t >= low) & (t <= high)
         if not inside.any():
-            what = f"the record has {t.min():g} to {t.max():g} s: nothing is left of it by --from and --to"
+            what = f"the record has {t.min():g} to {t.max():g} s: --after and --before leave nothing of it"
             raise InputError(record.source, "t", what)
         return _each(record, t[inside], lambda x: x[inside])
 
@@ -67,7 +70,7 @@ class Preparation:
         usual = _usual_step(record)
         duration = float(record.t[-1]) - float(record.t[0])
         if duration * self.rate > MOST_SAMPLES:
-            what = f"{self.rate:g} Hz makes {duration * self.rate:.2g} samples, {MOST_SAMPLES:.0e} are the most"
+            what = f"{self.rate:g} Hz makes {duration * self.rate:.2g} samples, {MOST_SAMPLES:.0e} is the limit"
             raise InputError("symoro-elastic", "--resample", what)
         columns = 1 + sum(x.shape[1] for x in (record.q, record.tau, record.qd, record.qdd) if x is not None)
         what = f"{columns} columns at {self.rate:g} Hz"

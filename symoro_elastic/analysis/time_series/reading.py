@@ -20,9 +20,9 @@ from typing import IO, Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.sizes import MOST_IN_FILES, MOST_SAMPLES
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES
 
 Columns = dict[str, Array]
 """Arrays of a file by name."""
@@ -53,14 +53,14 @@ def read_arrays(path: str | Path) -> Columns:
 def _refuse_file(path: Path) -> None:
     try:
         if path.exists() and not path.is_file():
-            raise _error(path, "is no file")
+            raise _error(path, "is not a file")
         size = path.stat().st_size
     except (OSError, ValueError) as error:
         raise _error(path, f"cannot be read: {_reason(error)}") from None
     if size == 0:
         raise _error(path, "is empty")
     if size > MOST_BYTES:
-        raise _error(path, f"{size / 1e9:.3g} GB, {MOST_BYTES / 1e9:g} GB are the most: cut or thin out the record")
+        raise _error(path, f"{size / 1e9:.3g} GB, {MOST_BYTES / 1e9:g} GB is the limit: cut or thin out the record")
 
 
 def _error(path: Path, what: str, place: str = "file") -> InputError:
@@ -68,7 +68,7 @@ def _error(path: Path, what: str, place: str = "file") -> InputError:
 
 
 def _reason(error: Exception) -> str:
-    return error.strerror or "unknown reason" if isinstance(error, OSError) else "no such name can be"
+    return error.strerror or "unknown reason" if isinstance(error, OSError) else "such a name is not possible"
 
 
 def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
@@ -77,7 +77,7 @@ def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
         what = (
             f"{rows} samples, {numbers} numbers in the file; {MOST_SAMPLES:.0e} samples and {MOST_IN_FILES:.0e} numbers"
         )
-        raise _error(path, f"{what} are the most: cut or thin out the record", place)
+        raise _error(path, f"{what} at most are read: cut or thin out the record", place)
 
 
 # CSV
@@ -93,7 +93,7 @@ def _read_csv(path: Path) -> Columns:
                 numbers.extend(_numbers(path, line, row, header))
                 _refuse_size(path, f"line {line}", len(numbers) // len(header), len(numbers))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        what = _reason(error) if isinstance(error, OSError) else "is no text of comma-separated columns in UTF-8"
+        what = _reason(error) if isinstance(error, OSError) else "is not text of comma-separated columns in UTF-8"
         raise _error(path, f"cannot be read: {what}") from None
     if not numbers:
         raise _error(path, "holds no samples: a header line, then one line a sample")
@@ -117,7 +117,7 @@ def _rows(path: Path, file: IO[str]) -> Iterator[tuple[int, list[str]]]:
     def short() -> Iterator[str]:
         for number, line in enumerate(lines, start=1):
             if len(line) == MOST_IN_LINE:
-                raise _error(path, f"is longer than {MOST_IN_LINE} characters: this is no table", f"line {number}")
+                raise _error(path, f"is longer than {MOST_IN_LINE} characters: this is not a table", f"line {number}")
             yield line
 
     for number, row in enumerate(csv.reader(short()), start=1):
@@ -135,7 +135,7 @@ def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
             what = f"columns are separated by {name}: separate them by commas, and write decimals with a point"
             raise _error(path, what, place)
     if len(header) > MOST_COLUMNS:
-        raise _error(path, f"{len(header)} columns, {MOST_COLUMNS} are the most", place)
+        raise _error(path, f"{len(header)} columns, {MOST_COLUMNS} is the limit", place)
     if NUMBER.fullmatch(header[0]):
         what = "the first line holds numbers: it must name the columns, such as t, q_<joint>, tau_<motor>"
         raise _error(path, what, place)
@@ -156,7 +156,7 @@ def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -
         pass
     for name, cell in zip(header, row, strict=True):
         if not NUMBER.fullmatch(cell.strip(" \t")):
-            what = f"{cell.strip()[:30]!r} is no number" if cell.strip() else "is empty: a gap in the data"
+            what = f"{cell.strip()[:30]!r} is not a number" if cell.strip() else "is empty: a gap in the data"
             raise _error(path, f"line {line}: {what}; cut the record there or measure again", name)
     return [float(cell) for cell in row]
 
@@ -168,17 +168,17 @@ def _read_npz(path: Path) -> Columns:
     try:
         with path.open("rb") as file:
             if file.read(len(ARRAY_MAGIC)) == ARRAY_MAGIC:
-                raise _error(path, "is a single array (.npy): save it by numpy.savez(FILE, t=..., q=..., tau=...)")
+                raise _error(path, "is a single array (.npy): save it with numpy.savez(FILE, t=..., q=..., tau=...)")
         with zipfile.ZipFile(path) as archive:
             return _arrays(path, archive)
     except DAMAGED:
-        raise _error(path, "cannot be read as arrays of numbers: damaged, or no file of numpy.savez") from None
+        raise _error(path, "cannot be read as arrays of numbers: damaged, or not a file of numpy.savez") from None
 
 
 def _arrays(path: Path, archive: zipfile.ZipFile) -> Columns:
     members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
     if len(members) > MOST_COLUMNS:
-        raise _error(path, f"{len(members)} arrays, {MOST_COLUMNS} are the most")
+        raise _error(path, f"{len(members)} arrays, {MOST_COLUMNS} is the limit")
     names = [info.filename.removesuffix(".npy") for info in members]
     if len(set(names)) < len(names):
         raise _error(path, "two arrays have this name", next(name for name in names if names.count(name) > 1))
@@ -195,7 +195,7 @@ def _arrays(path: Path, archive: zipfile.ZipFile) -> Columns:
 
 
 def _announced(path: Path, name: str, stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Return shape, order and type of an array from its header; refuse what is no table of real numbers."""
+    """Return shape, order and type of an array from its header; refuse what is not a table of real numbers."""
     read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     version = np.lib.format.read_magic(stream)
     if version not in read:
@@ -206,7 +206,7 @@ def _announced(path: Path, name: str, stream: IO[bytes]) -> tuple[tuple[int, ...
     if dtype.kind == "c":
         raise _error(path, "holds complex numbers: save their real parts if that is what is meant", name)
     if dtype.kind not in NUMBERS:
-        raise _error(path, "holds text or objects: cannot be read as arrays of numbers", name)
+        raise _error(path, "holds text or objects, not arrays of numbers", name)
     if len(shape) not in (1, 2) or min(shape) < 0:
         raise _error(path, f"has shape {shape}: one axis, or samples x joints", name)
     return shape, fortran, dtype

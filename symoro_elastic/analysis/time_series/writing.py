@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.output_files import refuse_file as refuse_to_write
-from symoro_elastic.output_files import write_file, write_text
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import refuse_file as refuse_to_write
+from symoro_elastic.foundation.output_files import write_file, write_text
 
 CSV, NPZ = ".csv", ".npz"
 

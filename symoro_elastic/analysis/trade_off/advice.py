@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.numerics.accuracy import UNSEEN
-from symoro_elastic.numerics.tails import CONFIDENCE
-from symoro_elastic.trade_off.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
-from symoro_elastic.trade_off.front import fastest_within, most_accurate
-from symoro_elastic.trade_off.trade import Trade
+from symoro_elastic.analysis.trade_off.configurations import (
+    BATCH,
+    SINGLE_CALL,
+    Configuration,
+    Measurement,
+    fastest_within,
+    most_accurate,
+)
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.numerics.quantile_bound import CONFIDENCE
+from symoro_elastic.numerics.verification.accuracy import UNSEEN
 
 STANDARD = "-std=c99"
 
@@ -30,20 +35,24 @@ class Advice:
     one_state: tuple[Measurement, ...]
 
 
-def advice(trade: Trade, tolerance: float, with_fast_math: bool = False) -> Advice:
-    """Return the fastest build for all models together; raises `InputError` that names the nearest if there is none."""
-    source = trade.machine.label
-    for model, measurements in trade.measurements.items():
+def advice(
+    measured: Mapping[str, Sequence[Measurement]], source: str, tolerance: float, with_fast_math: bool = False
+) -> Advice:
+    """Return the fastest build for all models together, from measurements by model.
+
+    Raises `InputError` about the `source` that names the nearest if there is none.
+    """
+    for model, measurements in measured.items():
         if fastest_within(measurements, tolerance, with_fast_math) is None:
             nearest = most_accurate(measurements, with_fast_math)
             what = f"none of the ways tried to compute {model} keeps {_promise(tolerance)}: "
             found = (
-                f"{nearest.bound:.1e}" if math.isfinite(nearest.bound) else "without bound (measure at more --states)"
+                f"{nearest.bound:.1e}" if math.isfinite(nearest.bound) else "without a bound (measure at more --states)"
             )
             what += f"nearest is {found}, with "
             raise InputError(source, "--tolerance", what + nearest.configuration.words)
-    every = [one for measurements in trade.measurements.values() for one in measurements]
-    models = list(trade.measurements)
+    every = [one for measurements in measured.values() for one in measurements]
+    models = list(measured)
     fastest = _of_one_build(every, models, tolerance, with_fast_math)
     if not fastest:
         what = f"no build is within {tolerance:.1e} for all of {', '.join(models)}: ask for one --model at a time"

@@ -8,29 +8,30 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray
-from symoro_elastic.codegen.c_wrappers import wrapped
+from symoro_elastic.analysis.trade_off.builds import Build
+from symoro_elastic.analysis.trade_off.configurations import BATCH, CALLS, SINGLE_CALL, Configuration
+from symoro_elastic.analysis.trade_off.formulations import Formulation
+from symoro_elastic.analysis.trade_off.timing import Run
+from symoro_elastic.codegen.c_wrappers import wrapper_context
 from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.codegen.templates import render
+from symoro_elastic.foundation.array_types import AnyArray
+from symoro_elastic.foundation.progress import Progress
 from symoro_elastic.models.catalogue import TracedModel
-from symoro_elastic.numerics.accuracy import rounded, rounded_values
+from symoro_elastic.models.state import State
 from symoro_elastic.numerics.implementations import Implementation, c_code, import_package, numpy_code
-from symoro_elastic.numerics.states import States
-from symoro_elastic.progress import Progress
-from symoro_elastic.trade_off.builds import Build
-from symoro_elastic.trade_off.configurations import BATCH, CALLS, SINGLE_CALL, Configuration
-from symoro_elastic.trade_off.formulations import Formulation
-from symoro_elastic.trade_off.timing import Run
+from symoro_elastic.numerics.verification.accuracy import round_states, rounded_values
+from symoro_elastic.numerics.verification.states import States
 
 TIMED_STATES, CACHED_NUMBERS = 240, 1_000_000
 NUMPY_STATES = 4096
@@ -46,11 +47,7 @@ class Ready:
 
 
 def compiled_configurations(
-    jobs: Sequence[tuple[Formulation, Build]],
-    states: States,
-    folder: Path,
-    seconds: float,
-    progress: Progress,
+    jobs: Sequence[tuple[Formulation, Build]], states: States, folder: Path, seconds: float, progress: Progress
 ) -> tuple[list[Ready], list[str]]:
     """Compile all jobs, as many at a time as there are processors; return them with notes on those that failed.
 
@@ -81,7 +78,8 @@ def compiled_configurations(
             else:
                 ready += one
     if late:
-        notes.append(f"{late} of {len(jobs)} builds left out after {seconds:.0f} s of compiling: --all waits for them")
+        what = f"{late} of {len(jobs)} builds left out after {seconds:.0f} s of compiling"
+        notes.append(f"{what}: --effort all waits for them")
     return ready, notes
 
 
@@ -98,7 +96,7 @@ def _repeated(package: Package, function: Function, header: str, precision: Prec
     macro = f"{package.name}{precision.suffix}_{function.name}_CONSTANTS".upper()
     has_constants = f"#define {macro} " in header
     after_p = ("c",) if has_constants else ()
-    return wrapped(package, function, precision, after_p) | {"constants": macro if has_constants else ""}
+    return wrapper_context(package, function, precision, after_p) | {"constants": macro if has_constants else ""}
 
 
 def _made(form: Formulation, build: Build, sources: Mapping[str, str], states: States, folder: Path) -> list[Ready]:
@@ -130,7 +128,7 @@ def _c_run(
     batch = configuration.call == BATCH
     entry = loaded[f"{precision.function(configuration.form.package.name, function.name)}_repeat{'_batch' * batch}"]
     dtype = TYPES[precision.state]
-    some = states.part(slice(0, _timed_states(function)))
+    some = states[: _timed_states(function)]
     inputs = [getattr(some, argument.name).astype(dtype) for argument in function.arguments]
     arrays = [np.ascontiguousarray(x.T if batch else x) for x in inputs]
     results = [np.zeros((len(some), math.prod(result.shape)), dtype) for result in function.results]
@@ -168,8 +166,8 @@ def _in_type(code: Implementation, precision: Precision) -> Implementation:
     """Return the implementation on arrays of the precision."""
     dtype = TYPES[precision.state]
 
-    def run(traced: TracedModel, states: States) -> dict[str, AnyArray]:
-        return code(traced, replace(states, **{name: getattr(states, name).astype(dtype) for name in states.arguments}))
+    def run(traced: TracedModel, states: State) -> dict[str, AnyArray]:
+        return code(traced, states.map(lambda block: block.astype(dtype)))
 
     return run
 
@@ -177,7 +175,7 @@ def _in_type(code: Implementation, precision: Precision) -> Implementation:
 def _numpy_run(
     function: Callable[..., Any], traced: TracedModel, states: States, p: AnyArray, precision: Precision, call: str
 ) -> Run:
-    arrays = [getattr(rounded(states, precision), name) for name in traced.model.arguments]
+    arrays = [getattr(round_states(states, precision), name) for name in traced.model.arguments]
     arrays = [x.astype(TYPES[precision.state]) for x in arrays]
     if call == BATCH:
         stacked = [np.resize(x, (NUMPY_STATES, x.shape[1])) for x in arrays]

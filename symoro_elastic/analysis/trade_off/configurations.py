@@ -1,15 +1,20 @@
-"""Configurations under comparison: a formulation, compiled one way or run by numpy, called for one or many states."""
+"""Configurations under comparison, compiled one way or run by numpy, and the Pareto front of their time and error."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from symoro_elastic.analysis.trade_off.builds import Build
+from symoro_elastic.analysis.trade_off.formulations import Formulation
+from symoro_elastic.analysis.trade_off.timing import Time
 from symoro_elastic.codegen.precision import DOUBLE, Precision
-from symoro_elastic.numerics.accuracy import Errors
+from symoro_elastic.numerics.verification.accuracy import Errors
 from symoro_elastic.symbolic.program import OperationCount
-from symoro_elastic.trade_off.builds import Build
-from symoro_elastic.trade_off.formulations import Formulation
-from symoro_elastic.trade_off.timing import Time
+
+MATTERS = 1.25
+"""Ratio of worst errors over random states above which the difference is significant."""
 
 SINGLE_CALL, BATCH = "single call", "batch"
 CALLS = (SINGLE_CALL, BATCH)
@@ -81,3 +86,36 @@ class Measurement:
 def judged_in(precision: Precision) -> Precision:
     """Return the precision in whose units errors are given: double for double-double, which returns doubles."""
     return DOUBLE if precision.is_pair else precision
+
+
+def front(measurements: Iterable[Measurement], with_fast_math: bool = False) -> list[Measurement]:
+    """Return the Pareto front, fastest first: no other configuration is faster and as accurate, or nearly so.
+
+    Configurations with -ffast-math are on it only if `with_fast_math` allows them.
+    """
+    best: list[Measurement] = []
+    for one in sorted(_allowed(measurements, with_fast_math), key=lambda f: (f.ns, f.error)):
+        if math.isfinite(one.error) and (not best or one.error * MATTERS < best[-1].error):
+            best.append(one)
+    return best
+
+
+def fastest_within(
+    measurements: Iterable[Measurement], tolerance: float, with_fast_math: bool = False
+) -> Measurement | None:
+    """Return the fastest configuration whose errors at other states are bounded by a tolerance, or None."""
+    good = [one for one in _allowed(measurements, with_fast_math) if one.bound <= tolerance]
+    return min(good, key=lambda one: one.ns, default=None)
+
+
+def most_accurate(measurements: Iterable[Measurement], with_fast_math: bool = False) -> Measurement:
+    """Return the configuration with the smallest bound on errors, the fastest of several."""
+    return min(_allowed(measurements, with_fast_math), key=lambda one: (_or_infinite(one.bound), one.ns))
+
+
+def _allowed(measurements: Iterable[Measurement], with_fast_math: bool) -> list[Measurement]:
+    return [one for one in measurements if with_fast_math or one.configuration.is_safe]
+
+
+def _or_infinite(error: float) -> float:
+    return math.inf if math.isnan(error) else error

@@ -17,22 +17,22 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray
 from symoro_elastic.codegen.compile import TYPES, compile_library, load_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.templates import render
+from symoro_elastic.foundation.array_types import AnyArray
+from symoro_elastic.foundation.progress import Progress
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Friction, Joint, Machine, Wrench
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import TracedModel, trace
-from symoro_elastic.numerics.arrays import EXTENDED, evaluated
-from symoro_elastic.numerics.assembled_states import start_of
-from symoro_elastic.numerics.states import States, moderate_states
-from symoro_elastic.progress import Progress
-from symoro_elastic.traced import traced
+from symoro_elastic.models.state import State, closing_models, rows_carried, split_into
+from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.arrays import EXTENDED, evaluate_arrays
+from symoro_elastic.numerics.verification.assembled_states import start_of
+from symoro_elastic.numerics.verification.states import States, moderate_states
 
 STEPS, SAMPLES = 50_000, 50
 LARGEST_TURN = 0.05
@@ -109,26 +109,28 @@ class _Motion:
     def __init__(self, machine: Machine, values: Mapping[str, float], folder: Path) -> None:
         self.machine, self.values = machine, values
         self.energy = trace(machine, "energy")
-        self.assembled = trace(machine, "assemble") if Bound(machine).takes_dependent else None
-        models = ("direct_dynamics", *(("assemble",) if self.assembled else ()))
-        self.package = traced(machine, Scene(models=models)).package
+        self.closing = [trace(machine, name) for name in closing_models(machine)]
+        models = ("direct_dynamics", *closing_models(machine))
+        self.package = trace_models(machine, Scene(models=models)).package
         self.p = np.array([values[parameter.name] for parameter in self.package.parameters], dtype=float)
         self.start = self._start()
         kinetic, _, elastic = self._evaluated(self.energy, self.start)[0]
         self.moving_energy = float(kinetic + elastic)
-        self._moves = _movers(self.package, folder, self.assembled is not None)
+        self._moves = _movers(self.package, folder, bool(self.closing))
 
     def _start(self) -> States:
         """A state near the neutral position of the springs, whose numbers single precision holds; no motor pushes."""
-        state = moderate_states(self.machine, 2, values=dict(self.values)).part(slice(1, 2))
+        state = moderate_states(self.machine, 2, values=dict(self.values))[1:2]
         single = {name: getattr(state, name).astype(np.float32).astype(float) for name in ("q", "qd")}
-        return self._closed(replace(state, **single, tau=np.zeros_like(state.tau)))
+        return self._closed(state.with_blocks(**single, tau=np.zeros_like(state.tau)))
 
     def _closed(self, states: States) -> States:
         """The states with loops closed to more digits, where they have no closed form."""
-        if self.assembled is None:
-            return states
-        return replace(states, q_dep=evaluated(self.assembled, states, self.values, EXTENDED)["q_dep"])
+        for model in self.closing:
+            states = states.with_blocks(
+                **State(evaluate_arrays(model, states, self.values, EXTENDED)).only(states.blocks)
+            )
+        return states
 
     def small_step(self) -> tuple[float, AnyArray]:
         """The step at which rounding is all that is left of the drift, and the energies with it."""
@@ -146,7 +148,7 @@ class _Motion:
         A = self._evaluated(trace(self.machine, "inertia_matrix"), self.start)[0].astype(float)
         qdd = self._evaluated(trace(self.machine, "direct_dynamics"), self.start)[0].astype(float)
         values = {**self.values, **start_of(self.machine).by_variable}
-        stiffness = [self.machine.joint(j).spring.stiffness.value(values) for j in self.machine.moving]
+        stiffness = [self.machine.joint(j).spring.stiffness.value(values) for j in self.machine.independent]
         try:
             squares = np.linalg.eigvals(np.linalg.solve(A.reshape(len(qdd), -1), np.diag(stiffness)))
         except np.linalg.LinAlgError:
@@ -160,23 +162,20 @@ class _Motion:
     def energies(self, form: StateFormat, step: float) -> AnyArray:
         """The energy at the start and at `SAMPLES` times, J; dependent variables without closed form go along."""
         move, dtype = self._moves[form.precision.name], TYPES[form.precision.state]
-        start = self.start.q[0], self.start.qd[0], *([self.start.q_dep[0]] if self.assembled else [])
-        x = np.concatenate(start).astype(dtype)
+        carried = self.start[0].only(row.name for row in rows_carried(self.machine))
+        x = np.concatenate([*carried.values()]).astype(dtype)
         lost, p = np.zeros_like(x), self.p.astype(dtype)
         states = [x.copy()]
         for _ in range(SAMPLES):
             move(STEPS // SAMPLES, step, form.compensated, p.ctypes.data, x.ctypes.data, lost.ctypes.data)
             states.append(x.copy())
-        n = len(self.machine.moving)
-        q, qd, q_dep = np.split(np.array(states, dtype=float), [n, 2 * n], axis=1)
-        other = {"tau": self.start.tau, "qdd_motor": self.start.qdd_motor, "qdd": self.start.qdd}
-        many = {name: np.repeat(value, len(states), axis=0) for name, value in other.items()}
-        sampled = States(q=q, qd=qd, **many, q_dep=q_dep, titles=("moving",) * len(states))
+        moved = split_into(carried, np.array(states, dtype=float))
+        sampled = self.start[np.zeros(len(states), dtype=int)].with_blocks(**moved)
         total: AnyArray = self._evaluated(self.energy, self._closed(sampled)).sum(axis=1)
         return total
 
     def _evaluated(self, traced: TracedModel, states: States) -> AnyArray:
-        (result,) = evaluated(traced, states, self.values, EXTENDED).values()
+        (result,) = evaluate_arrays(traced, states, self.values, EXTENDED).values()
         return result
 
 

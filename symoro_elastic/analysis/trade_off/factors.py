@@ -7,9 +7,9 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
-from symoro_elastic.trade_off.builds import CONTRACTED, FAST_MATH, PAIRED, PLAIN, SEPARATE, WITH_LIBM
-from symoro_elastic.trade_off.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
-from symoro_elastic.trade_off.formulations import BY_MATRIX, RECURSION
+from symoro_elastic.analysis.trade_off.builds import CONTRACTED, FAST_MATH, PAIRED, PLAIN, SEPARATE, WITH_LIBM
+from symoro_elastic.analysis.trade_off.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
+from symoro_elastic.analysis.trade_off.formulations import BY_MATRIX, RECURSION
 
 Levels = Mapping[str, Hashable]
 """The level of every factor in a configuration, by its name."""

@@ -6,16 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.errors import InputError
-from symoro_elastic.grouping import checked_grouping
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.grouping import checked_grouping
+from symoro_elastic.generation.pipeline import refuse_degenerate
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import folded
+from symoro_elastic.machine.restrict import names_to_fold
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel
-from symoro_elastic.numerics.states import ARGUMENTS, depends_on_state
-from symoro_elastic.pipeline import refuse_degenerate
+from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.verification.states import ARGUMENTS, depends_on_state
 from symoro_elastic.symbolic.program import OperationCount
-from symoro_elastic.traced import traced
 
 Values = Mapping[str, float]
 
@@ -25,7 +25,7 @@ MOST_OPERATIONS = 200_000
 
 @dataclass(frozen=True, eq=False)
 class Formulation:
-    """One way to write the asked models; `traced` by the name that was asked for, `values` of its parameters."""
+    """One way to write the requested models; `traced` by the requested name, `values` of its parameters."""
 
     way: str
     base: bool
@@ -57,11 +57,11 @@ def asked_models(scene: Scene) -> tuple[str, ...]:
 
 
 def refuse_stateless(machine: Machine, scene: Scene) -> None:
-    """Raise `InputError` for a model whose arguments are no state of a machine."""
+    """Raise `InputError` for a model whose arguments are not a state of a machine."""
     for name in asked_models(scene):
         arguments = MODELS[name].arguments
         if not arguments or not depends_on_state(arguments):
-            what = f"it is no function of a state: trade times models of {', '.join(ARGUMENTS)}, direct_dynamics say"
+            what = f"it is not a function of a state: trade needs a model of {', '.join(ARGUMENTS)}, as direct_dynamics"
             raise machine.error(name, what)
 
 
@@ -93,11 +93,11 @@ def _variants(
     machine: Machine, scene: Scene, values: Values, bound: float | None, notes: list[str]
 ) -> Iterator[tuple[Machine, Scene, Values]]:
     scenes = [scene]
-    if len(folded(machine, replace(scene, fold=ALL))) > len(folded(machine, scene)):
+    if len(names_to_fold(machine, replace(scene, fold=ALL))) > len(names_to_fold(machine, scene)):
         scenes.append(replace(scene, fold=ALL))
     scenes += [replace(one, merge_angles=bound) for one in scenes] if bound else []
     yield from ((machine, other, values) for other in scenes[1:])
-    grouped = None if machine.is_grouped or machine.floating else _grouped(machine, values, notes)
+    grouped = None if machine.is_grouped or machine.degrees_of_base else _grouped(machine, values, notes)
     if grouped:
         yield from ((grouped[0], other, grouped[1]) for other in scenes)
 
@@ -116,11 +116,11 @@ def _grouped(machine: Machine, values: Values, notes: list[str]) -> tuple[Machin
 
 
 def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[str, str] | None = None) -> Formulation:
-    """The models of a scene without its steps; `ways` names the models that stand for those asked for."""
+    """The models of a scene without its steps; `ways` names the models that replace the requested ones."""
     models = asked_models(scene)
     written = tuple((ways or {}).get(name, name) for name in models)
     outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
-    programs = traced(machine, replace(scene, models=written, outputs=outputs, steps=()))
+    programs = trace_models(machine, replace(scene, models=written, outputs=outputs, steps=()))
     by_name = {one.model.name: one for one in programs.models}
     return Formulation(
         BY_MATRIX if ways else RECURSION,

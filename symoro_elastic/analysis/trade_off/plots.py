@@ -4,30 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from symoro_elastic.numerics.accuracy import LEAST_ERROR
-from symoro_elastic.pictures import new_figure, save_figures
-from symoro_elastic.trade_off.configurations import BATCH, Measurement
-from symoro_elastic.trade_off.front import front
-from symoro_elastic.trade_off.trade import Trade
+from symoro_elastic.analysis.trade_off.configurations import BATCH, Measurement, front
+from symoro_elastic.analysis.trade_off.trade import Trade
+from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.results import figures_of
+from symoro_elastic.numerics.verification.accuracy import LEAST_ERROR
 
 PRECISION_COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62", "double-double": "#8b2f6b"}
 LEAST_DRAWN = LEAST_ERROR * 2.0**-53
 UNSAFE, FRONT_COLOUR = "#c0392b", "#9aa5b1"
 
 
-def plot(trade: Trade, folder: str | Path, form: str = "png", with_fast_math: bool = False) -> list[Path]:
-    """Write <model>.<form> for each model to a folder; returns the paths.
-
-    Raises `InputError` where matplotlib is missing, for an unknown format or a folder that cannot be written.
-    """
-    pictures = {
+@figures_of.register
+def pictures(trade: Trade, with_fast_math: bool = False) -> dict[str, Any]:
+    """Return a figure for each model."""
+    return {
         model: picture(f"{trade.machine.name}: {model}", measurements, with_fast_math)
         for model, measurements in trade.measurements.items()
     }
-    return save_figures(pictures, folder, form)
 
 
 def picture(title: str, measurements: Sequence[Measurement], with_fast_math: bool = False) -> Any:

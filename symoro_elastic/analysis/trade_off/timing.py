@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from statistics import median
 from time import perf_counter
 
-from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.foundation.progress import Progress, no_progress
 
 BURST = 1e-3  # s
 ROUNDS = 15
@@ -31,7 +31,7 @@ class Time:
     best: float
 
 
-def timed(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_progress) -> list[Time]:
+def time_runs(runs: Sequence[Run], rounds: int = ROUNDS, progress: Progress = no_progress) -> list[Time]:
     """Return the times of all runs; each round takes about `BURST` seconds of each of them."""
     times = [_often_enough(run) for run in runs]
     samples: list[list[float]] = [[] for _ in runs]

@@ -8,30 +8,33 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
+from symoro_elastic.analysis.trade_off.advice import Advice, advice
+from symoro_elastic.analysis.trade_off.builds import EXHAUSTIVE, QUICK, USUAL, Build, builds, compilers, flag_sets
+from symoro_elastic.analysis.trade_off.compilation import Ready, compiled_configurations, numpy_configurations
+from symoro_elastic.analysis.trade_off.configurations import BATCH, Measurement, judged_in
+from symoro_elastic.analysis.trade_off.drift import Drift, drifts
+from symoro_elastic.analysis.trade_off.formulations import (
+    BY_MATRIX,
+    Formulation,
+    asked_models,
+    formulations,
+    refuse_stateless,
+)
+from symoro_elastic.analysis.trade_off.timing import ROUNDS, time_runs
 from symoro_elastic.codegen.compile import CompilerMissing
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.foundation.progress import Progress, StepProgress, no_step_progress
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.sizes import refuse_numbers
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.accuracy import Errors, Reference, measure
-from symoro_elastic.numerics.forms import MODEL, Choice, chosen_form
-from symoro_elastic.numerics.states import States, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.packages import imported
-from symoro_elastic.progress import Progress, StepProgress, no_step_progress
-from symoro_elastic.results import Part, Result
-from symoro_elastic.sizes import refuse_numbers
-from symoro_elastic.trade_off.builds import EXHAUSTIVE, QUICK, USUAL, Build, builds, compilers, flag_sets
-from symoro_elastic.trade_off.configurations import BATCH, Measurement, judged_in
-from symoro_elastic.trade_off.drift import Drift, drifts
-from symoro_elastic.trade_off.formulations import BY_MATRIX, Formulation, asked_models, formulations, refuse_stateless
-from symoro_elastic.trade_off.running import Ready, compiled_configurations, numpy_configurations
-from symoro_elastic.trade_off.timing import ROUNDS, timed
-
-if TYPE_CHECKING:
-    from symoro_elastic.trade_off.advice import Advice
+from symoro_elastic.numerics.verification.accuracy import Errors, Reference, measure
+from symoro_elastic.numerics.verification.forms import MODEL, Choice, chosen_form
+from symoro_elastic.numerics.verification.states import States, extreme_states, moderate_states
 
 MEASURED_STATES, COMPARED_STATES = 20_000, 1000
 PATIENCE = 60.0  # s of compiling, unless every combination is tried
@@ -68,28 +71,9 @@ class Trade(Result):
         count = sum(map(len, self.measurements.values()))
         return f"Trade of {self.machine.name}: {count} ways to compute {', '.join(self.measurements)}"
 
-    def parts(self) -> list[Part]:
-        """Return for each model the points that none beats, and what each choice does by itself."""
-        from symoro_elastic.trade_off.tables import trade_parts
-
-        return trade_parts(self)
-
     def advice(self, tolerance: float = 1e-12, *, fast_math: bool = False) -> Advice:
         """Return the fastest build for all models within a relative error; raises `InputError` if there is none."""
-        from symoro_elastic.trade_off.advice import advice
-
-        return advice(self, tolerance, fast_math)
-
-    def columns(self) -> dict[str, list[Any]]:
-        """Return a row for each way to compute a model: words, ns a state, error and bound."""
-        rows = [(model, one) for model, measured in self.measurements.items() for one in measured]
-        return {
-            "model": [model for model, _ in rows],
-            "way": [one.configuration.words for _, one in rows],
-            "ns": [one.ns for _, one in rows],
-            "error": [one.error for _, one in rows],
-            "bound": [one.bound for _, one in rows],
-        }
+        return advice(self.measurements, self.machine.label, tolerance, fast_math)
 
 
 def trade(
@@ -101,7 +85,7 @@ def trade(
     Raises `InputError`, `NoValues`.
     """
     request = request or Request()
-    imported("flint", "measuring errors", "accuracy")
+    import_optional("flint", "measuring errors", "accuracy")
     refuse_stateless(machine, scene)
     scene, unmerged = _within_bound(machine, scene, request)
     values = parameter_values(machine, request.seed)
@@ -109,11 +93,11 @@ def trade(
     notes += unmerged
     _refuse_large(machine, written, request.states)
     draw = extreme_states if request.extreme else moderate_states
-    states = draw(restricted(machine, scene), request.states, request.seed, values)
+    states = draw(restrict(machine, scene), request.states, request.seed, values)
     measurements: dict[str, list[Measurement]] = {name: [] for name in asked_models(scene)}
     with tempfile.TemporaryDirectory() as folder:
         ready = _made(machine, written, states, request, Path(folder), notes, watched("compile"))
-        times = timed([one.run for one in ready], request.rounds, watched("time"))
+        times = time_runs([one.run for one in ready], request.rounds, watched("time"))
         errors = _measured(ready, states, request.seed, watched("measure"))
         for one, time, error in zip(ready, times, errors, strict=True):
             measurements[one.configuration.model].append(Measurement(one.configuration, time, error))
@@ -135,7 +119,7 @@ def _within_bound(machine: Machine, scene: Scene, request: Request) -> tuple[Sce
     if scene.merge_angles is None:
         return scene, []
     if request.extreme:
-        return replace(scene, merge_angles=None), ["angles are not summed: extreme states are beyond any bound"]
+        return replace(scene, merge_angles=None), ["angles are not merged: extreme states exceed any bound"]
     if scene.merge_angles < math.pi:
         what = f"angles of the states tried reach pi: a bound of {scene.merge_angles:g} rad needs 3.15 or more"
         raise machine.error("--merge-angles", what)
@@ -161,7 +145,7 @@ def _made(
             p for k, form in enumerate(plain) for p in numpy_configurations(form, states, folder / f"numpy{k}")
         ]
     except MemoryError:
-        what = "not enough memory for so large a model: ask for one --model, for fewer --states, or --quick"
+        what = "not enough memory for so large a model: ask for one --model, for fewer --states, or --effort quick"
         raise machine.error("trade", what) from None
 
 
@@ -187,7 +171,7 @@ def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progr
 
     Calls of numpy for one state that differ from its batches, and double-double, are measured at some of the states.
     """
-    some = states.part(slice(0, COMPARED_STATES))
+    some = states[:COMPARED_STATES]
     known: dict[tuple[int, str, str, bytes], Errors] = {}
     exact: dict[tuple[int, str], Reference] = {}
     errors: dict[int, Errors] = {}
@@ -221,10 +205,10 @@ def _measured(ready: Sequence[Ready], states: States, seed: int, progress: Progr
 def _drifts(
     machine: Machine, scene: Scene, values: dict[str, float], folder: Path, notes: list[str], progress: Progress
 ) -> list[Drift]:
-    kept = restricted(machine, scene)
-    if "direct_dynamics" not in asked_models(scene) or not kept.moving:
+    kept = restrict(machine, scene)
+    if "direct_dynamics" not in asked_models(scene) or not kept.independent:
         return []
-    if machine.floating:
+    if machine.degrees_of_base:
         notes.append("the base floats: base parameters and the drift of a motion are left out")
         return []
     try:

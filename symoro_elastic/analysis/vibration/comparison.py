@@ -6,24 +6,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.vibration.comparison_motion import (
+    ComparisonMotion,
+    modes_with,
+    move,
+    read_comparison_motion,
+    slowest,
+)
+from symoro_elastic.analysis.vibration.inverse_model import InverseModel
+from symoro_elastic.analysis.vibration.modes import Modes
+from symoro_elastic.analysis.vibration.reference_trajectory import STROKE
+from symoro_elastic.analysis.vibration.tracking import pair
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
-from symoro_elastic.machine.reduced import reduced, rigid, with_ratios
+from symoro_elastic.machine.reduced import reduced_model, rigid, with_ratios
 from symoro_elastic.numerics.independent_joints import moved_by, with_independent, with_independent_motors
-from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.vibration.course import Course, modes_with, move, read_course, slowest
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.inverse_model import InverseModel
-from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.reference_trajectory import STROKE
-from symoro_elastic.vibration.shared_motors import undetermined
-from symoro_elastic.vibration.tracking import pair
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.shared_motors import line_on_undetermined
 
 
 class Compared(StrEnum):
@@ -70,7 +75,7 @@ class Comparison(Result):
     full: Modes
     reduced: Modes
     rigid: Modes | None
-    course: Course
+    trajectory: ComparisonMotion
     losses: tuple[Loss, ...]
     alike: bool
     held: bool = True
@@ -84,7 +89,7 @@ class Comparison(Result):
     def notes(self) -> tuple[str, ...]:
         """Lines on motors whose torques are shared out, in the full model and in the rigid limit."""
         full, rigid = (
-            undetermined(modal.linear.motion.machine, modal.linear.motion.followers) if modal else []
+            line_on_undetermined(modal.linear.motion.machine, modal.linear.motion.followers) if modal else []
             for modal in (self.full, self.rigid)
         )
         return (*full, *(f"rigid limit: {line}" for line in rigid if not full))
@@ -92,22 +97,7 @@ class Comparison(Result):
     @property
     def headline(self) -> str:
         """Machine and motion."""
-        return f"Comparison of {self.full.linear.motion.machine.name} with simpler models on {self.course.source}"
-
-    def parts(self) -> list[Part]:
-        """Return frequencies and losses of the simpler models, and a conclusion."""
-        from symoro_elastic.vibration.tables import comparison_conclusion, frequencies_table, losses_table
-
-        motors = "held" if self.held else "free"
-        title = f"{self.full.linear.motion.machine.name}: motors {motors}"
-        tables = [Titled(frequencies_table(self), title), Titled(losses_table(self), self.course.source)]
-        return [*tables, *self.notes, comparison_conclusion(self)]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return frequencies and losses as plain data."""
-        from symoro_elastic.vibration.tables import comparison_json
-
-        return comparison_json(self)
+        return f"Comparison of {self.full.linear.motion.machine.name} with simpler models on {self.trajectory.source}"
 
 
 def compare(
@@ -116,32 +106,32 @@ def compare(
     at: Mapping[str, float] | None = None,
     ratios: Mapping[str, float] | None = None,
     held: bool = True,
-    course: str | Path | Course | None = None,
+    trajectory: str | Path | ComparisonMotion | None = None,
     stroke: float = STROKE,
     duration: float | None = None,
     progress: Progress = no_progress,
 ) -> Comparison:
     """Compare the full model, Spong's reduced model and the rigid limit.
 
-    Frequencies with motors held or free, at equilibrium; torques and elastic accelerations on `course`, a motion or
-    its file (`read_course`), unless given that of `move` with `stroke` and `duration`. `ratios` are gear ratios of
-    rotors (`with_ratios`). Raises `InputError`.
+    Frequencies with motors held or free, at equilibrium; torques and elastic accelerations on `trajectory`, a motion or
+    its file (`read_comparison_motion`), by default that of `move` with `stroke` and `duration`. `ratios` are gear
+    ratios of rotors (`with_ratios`). Raises `InputError`.
     """
     machine = with_independent_motors(machine)
     whole = with_ratios(with_values(machine, values or {}), ratios or {})
-    less, stiff = reduced(with_values(machine, values or {})), rigid_limit(whole)
+    less, stiff = reduced_model(with_values(machine, values or {})), rigid_limit(whole)
     motors = [joint.name for joint in machine.motor_joints]
     kept = {name: x for name, x in (at or {}).items() if name in _free(stiff)}
     full = modes_with(whole, at, motors if held else [])
-    if isinstance(course, str | Path):
-        course = read_course(course, machine, whole, progress)
-    course = course or move(whole, at, slowest(full), stroke, duration, progress)
+    if isinstance(trajectory, str | Path):
+        trajectory = read_comparison_motion(trajectory, machine, whole, progress)
+    trajectory = trajectory or move(whole, at, slowest(full), stroke, duration, progress)
     return Comparison(
         full,
         pair(full, modes_with(less, at, motors if held else []))[0],
-        modes_with(stiff, kept, motors if held else []) if stiff.moving else None,
-        course,
-        tuple(losses(whole, less, stiff, course)),
+        modes_with(stiff, kept, motors if held else []) if stiff.independent else None,
+        trajectory,
+        tuple(losses(whole, less, stiff, trajectory)),
         whole == less,
         held,
     )
@@ -152,47 +142,47 @@ def rigid_limit(machine: Machine) -> Machine:
     free = with_independent(machine, machine.elastic)
     held = [free.joint(j).name for j in free.elastic if j in free.dependent]
     if held:
-        what = "in the rigid limit it would be locked, and nothing else in its loop gives way: there is no rigid limit"
+        what = "in the rigid limit it would be locked, and nothing else in its loop can yield: there is no rigid limit"
         raise machine.error(f"joint {', '.join(held)}", what)
     stiff = rigid(free)
     still = [stiff.joint(j).name for j in stiff.motors if j in stiff.dependent and not moved_by(stiff, j)]
     if still:
-        what = "springs alone let its motor move, so the rigid limit stands still: there is nothing to compare with"
+        what = "only springs let its motor move, so the rigid limit cannot move: there is nothing to compare with"
         raise machine.error(f"joint {', '.join(still)}", what)
     return stiff
 
 
 def _free(machine: Machine) -> set[str]:
     """Return names and variables of the independent joints, once motors are."""
-    joints = with_independent_motors(machine).moving_joints
+    joints = with_independent_motors(machine).independent_joints
     return {name for joint in joints for name in (joint.name, str(joint.variable))}
 
 
-def losses(whole: Machine, less: Machine, stiff: Machine, course: Course) -> list[Loss]:
+def losses(whole: Machine, less: Machine, stiff: Machine, trajectory: ComparisonMotion) -> list[Loss]:
     """Return torques of motors and accelerations of springs on one motion, by the three models."""
-    tau, qdd = _inverse(whole, course, whole)
-    tau_less, qdd_less = _inverse(less, course, whole)
-    tau_stiff = _inverse(stiff, course, whole)[0] if stiff.moving else np.zeros_like(tau)
+    tau, qdd = _inverse(whole, trajectory, whole)
+    tau_less, qdd_less = _inverse(less, trajectory, whole)
+    tau_stiff = _inverse(stiff, trajectory, whole)[0] if stiff.independent else np.zeros_like(tau)
     compared = [
         Loss(joint.name, Compared.TORQUE, joint.force_unit, tau[:, m], tau_less[:, m], tau_stiff[:, m])
         for m, joint in enumerate(whole.motor_joints)
     ]
     for j in whole.elastic:
-        k, joint = whole.owners.index(j), whole.joint(j)
+        k, joint = whole.with_variable.index(j), whole.joint(j)
         full, less_exact = qdd[:, k], qdd_less[:, k]
         unit = f"{joint.unit}/s2"
         compared.append(Loss(joint.name, Compared.ACCELERATION, unit, full, less_exact, np.zeros_like(full)))
     return compared
 
 
-def _inverse(machine: Machine, course: Course, whole: Machine) -> tuple[Array, Array]:
-    """Return torques of all motors and accelerations of all own variables on a motion of the whole machine."""
+def _inverse(machine: Machine, trajectory: ComparisonMotion, whole: Machine) -> tuple[Array, Array]:
+    """Return torques of all motors and accelerations of all joint coordinates on a motion of the whole machine."""
     motion = EquationsOfMotion(machine)
     model = InverseModel(motion)
-    rows = list(whole.entries(motion.given.moving))
-    q, qd, qdd_motor = course.q[:, rows], course.qd[:, rows], course.qdd[:, rows][:, motion.motors]
+    rows = list(whole.entries(motion.given.independent))
+    q, qd, qdd_motor = trajectory.q[:, rows], trajectory.qd[:, rows], trajectory.qdd[:, rows][:, motion.motors]
     tau, qdd = model(q, qd, qdd_motor)
-    return model.torques(q, tau), model.own_accelerations(q, qd, qdd)
+    return model.torques(q, tau), model.joint_coordinate_accelerations(q, qd, qdd)
 
 
 def _size(x: Array) -> tuple[float, float]:

@@ -8,18 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.time_series.measurements import Measurements, read_measurements
+from symoro_elastic.analysis.time_series.named_columns import header_of, named_columns, read_columns
+from symoro_elastic.analysis.vibration.following import MotorCurve, motion_between_motors, refuse_swings
+from symoro_elastic.analysis.vibration.linearization import linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import Modes, modes
+from symoro_elastic.analysis.vibration.reference_trajectory import STROKE, ReferenceTrajectory, read_reference
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.time_series.columns import header_of, named_columns, read_columns
-from symoro_elastic.time_series.measurements import Measurements, read_measurements
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.following import MotorCurve, followed, refuse_swings
-from symoro_elastic.vibration.linearization import linearize, with_motors
-from symoro_elastic.vibration.modes import Modes, modes
-from symoro_elastic.vibration.reference_trajectory import STROKE, ReferenceTrajectory, read_reference
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
 PERIODS = 5.0  # of the first vibration, for a move
 LARGEST_STROKE = 100.0  # rad or m
@@ -30,7 +30,7 @@ COEFFICIENTS = (35.0, -84.0, 70.0, -20.0)
 
 
 @dataclass(frozen=True)
-class Course:
+class ComparisonMotion:
     """A motion of a machine: t (N,) s, q, qd, qdd (N, n), SI units, and its source."""
 
     t: Array
@@ -65,7 +65,7 @@ def move(
     stroke: float = STROKE,
     duration: float | None = None,
     progress: Progress = no_progress,
-) -> Course:
+) -> ComparisonMotion:
     """Return a motion where all motors move by `stroke` (rad or m) from rest to rest and springs follow the full model.
 
     It takes `duration` s, or five periods of `frequency` Hz. Raises `InputError`.
@@ -81,10 +81,10 @@ def move(
     curve = MotorCurve(np.array([0.0, duration]), np.concatenate([rising, zero])[:, None])
     times = np.linspace(0.0, duration, MOVE_SAMPLES)
     source = f"{stroke:g} (rad or m) in {duration:.4g} s"
-    return Course(times, *followed(motion, start, curve, times, motion.source, progress), source)
+    return ComparisonMotion(times, *motion_between_motors(motion, start, curve, times, motion.source, progress), source)
 
 
-def along(machine: Machine, reference: ReferenceTrajectory, progress: Progress = no_progress) -> Course:
+def along(machine: Machine, reference: ReferenceTrajectory, progress: Progress = no_progress) -> ComparisonMotion:
     """Return the motion where motors move along a trajectory and springs follow the full model, from rest.
 
     Raises `InputError`.
@@ -97,8 +97,8 @@ def along(machine: Machine, reference: ReferenceTrajectory, progress: Progress =
     positions = np.stack([reference.y[name][0] for name in names], axis=1)
     kept = t[:: -(-len(t) // MOST_SAMPLES)]
     curve = MotorCurve.through(t, positions, SPLINE_DEGREE)
-    found = followed(motion, equilibrium(motion, at), curve, kept, reference.source, progress)
-    return Course(kept, *found, f"{reference.source}, springs follow")
+    found = motion_between_motors(motion, equilibrium(motion, at), curve, kept, reference.source, progress)
+    return ComparisonMotion(kept, *found, f"{reference.source}, springs follow")
 
 
 def _fastest(motion: EquationsOfMotion, at: Mapping[str, float] | None) -> float:
@@ -111,19 +111,21 @@ def _refuse_move(source: str, duration: float, stroke: float, fastest: float) ->
     """Raise `InputError` for a move that takes no time or too many periods of the fastest mode, or goes too far."""
     refuse_swings(duration, fastest, source, "--duration")
     if not 0 < duration < np.inf:
-        raise InputError(source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
+        raise InputError(source, "--duration", f"{duration:g} s is not a duration: give a positive number")
     if not abs(stroke) <= LARGEST_STROKE:
         raise InputError(source, "--stroke", f"{stroke:g}: give rad or m up to {LARGEST_STROKE:g}")
 
 
-def course_of(measured: Measurements) -> Course:
+def comparison_motion(measured: Measurements) -> ComparisonMotion:
     """Return a measured or simulated motion; velocities and accelerations by differences where it has none."""
     qd = np.gradient(measured.q, measured.period, axis=0) if measured.qd is None else measured.qd
     qdd = np.gradient(qd, measured.period, axis=0) if measured.qdd is None else measured.qdd
-    return Course(measured.t, measured.q, qd, qdd, measured.source)
+    return ComparisonMotion(measured.t, measured.q, qd, qdd, measured.source)
 
 
-def read_course(path: str | Path, machine: Machine, whole: Machine, progress: Progress = no_progress) -> Course:
+def read_comparison_motion(
+    path: str | Path, machine: Machine, whole: Machine, progress: Progress = no_progress
+) -> ComparisonMotion:
     """Return the motion in a .csv or .npz file: of all joints with torques, or of the motors alone.
 
     A file without springs, such as `excite` writes, is a trajectory of the motors, and springs follow the model
@@ -132,10 +134,10 @@ def read_course(path: str | Path, machine: Machine, whole: Machine, progress: Pr
     named, _ = named_columns(read_columns(path, machine), machine, str(path))
     joints = {name for quantity, name in named if quantity == "q"}
     motors = {joint.name for joint in machine.motor_joints}
-    if {joint.name for joint in machine.moving_joints} <= joints and any(x == "tau" for x, _ in named):
-        return course_of(read_measurements(path, machine))
+    if {joint.name for joint in machine.independent_joints} <= joints and any(x == "tau" for x, _ in named):
+        return comparison_motion(read_measurements(path, machine))
     if joints - motors:
-        lacking = [header_of(("q", j.name)) for j in machine.moving_joints if j.name not in joints]
+        lacking = [header_of(("q", j.name)) for j in machine.independent_joints if j.name not in joints]
         lacking += [header_of(("tau", name)) for name in sorted(motors) if ("tau", name) not in named]
         what = "missing: give all joints and torques as measured, or a trajectory of the motors alone (t, q_<motor>)"
         raise InputError(str(path), ", ".join(lacking), what)

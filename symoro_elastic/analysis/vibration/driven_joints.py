@@ -1,4 +1,4 @@
-"""Feed-forward where motors follow from loops: the motion of the independent joints is wanted, as of a platform.
+"""Feed-forward where motors follow from loops: the motion of the independent joints is prescribed, as of a platform.
 
 A machine with motors at the independent joints in place of those that follow needs forces Gamma_u there; the motors
 themselves exert S_m^T tau (L3).
@@ -10,16 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.loops.plan import lacks_closed_form
 from symoro_elastic.models.motor_coordinates import dependent_motors
 from symoro_elastic.models.once import once_for_each_machine
+from symoro_elastic.models.state import State
+from symoro_elastic.numerics.closed_positions import JointCoordinates
 from symoro_elastic.numerics.independent_joints import with_independent_motors
-from symoro_elastic.numerics.own_motion import OwnMotion
+from symoro_elastic.numerics.motion.shared_motors import share_torques, shares
 from symoro_elastic.numerics.values import given_values
-from symoro_elastic.vibration.shared_motors import shared, shares
 
 ADVICE = "choose other dependent joints (dependent = [...]), or simulate the motion under servos"
 DETERMINED = 1e-9
@@ -36,8 +37,8 @@ class MotionOfMotors:
 
 
 @once_for_each_machine
-def followed(machine: Machine) -> Machine:
-    """Return the machine in which the joints whose motion is wanted are motors.
+def with_motors_on_load_joints(machine: Machine) -> Machine:
+    """Return the machine in which the joints with a prescribed motion are motors.
 
     They are its motors where these are independent, or get so with closed forms; else the independent joints but
     springs. Raises `InputError` where loops then have no closed form.
@@ -46,15 +47,15 @@ def followed(machine: Machine) -> Machine:
     if not motors:
         return machine
     other = with_independent_motors(machine)
-    if not dependent_motors(other) and not Bound(other).takes_dependent:
+    if not dependent_motors(other) and not lacks_closed_form(other):
         return other
-    if Bound(machine).takes_dependent:
+    if lacks_closed_form(machine):
         names = ", ".join(machine.joint(j).name for j in motors)
         what = (
             "feed-forward: its motor follows from a loop without closed form, whose derivatives by time are not known: "
         )
         raise machine.error(f"joint {names}", what + ADVICE)
-    led = [j for j in machine.moving if machine.joint(j).kind is Kind.PASSIVE]
+    led = [j for j in machine.independent if machine.joint(j).kind is Kind.PASSIVE]
     kinds = dict.fromkeys(motors, Kind.PASSIVE) | dict.fromkeys(led, Kind.MOTOR)
     joints = (
         replace(row, kind=kinds[j], sharing=ZERO) if j in kinds else row for j, row in enumerate(machine.joints, 1)
@@ -72,18 +73,20 @@ def of_motors(machine: Machine, led: Machine, t: Array, q: Array, qd: Array, for
     q, qd are states (N, n) at times t (N,). Torques of more motors than freedoms are weighed by `sharing` (L31). Raises
     `InputError` where motors cannot exert just these.
     """
-    motion = OwnMotion(machine, machine.motors)
+    motion = JointCoordinates(machine, machine.motors)
     n, heads = q.shape[1], list(led.motor_entries)
-    x, xd = motion(q, qd)
+    x, xd = motion(State({"q": q, "qd": qd}))
     places, rates = np.repeat(q, n, axis=0), np.tile(np.eye(n), (len(q), 1))
-    S_m = motion(places, rates)[1].reshape(len(q), n, -1).swapaxes(1, 2)
+    S_m = motion(State({"q": places, "qd": rates}))[1].reshape(len(q), n, -1).swapaxes(1, 2)
     _refuse_springs(machine, S_m, heads)
     S_m = S_m[:, :, heads]
     _refuse_singular(machine, led, t, S_m)
     if S_m.shape[1] == S_m.shape[2]:
         return MotionOfMotors(x, xd, np.linalg.solve(S_m.swapaxes(1, 2), forces[..., None])[..., 0])
     share = shares(machine, given_values(machine))
-    return MotionOfMotors(x, xd, np.array([shared(S, Gamma, share) for S, Gamma in zip(S_m, forces, strict=True)]))
+    return MotionOfMotors(
+        x, xd, np.array([share_torques(S, Gamma, share) for S, Gamma in zip(S_m, forces, strict=True)])
+    )
 
 
 def _refuse_springs(machine: Machine, S_m: Array, heads: list[int]) -> None:
@@ -91,20 +94,22 @@ def _refuse_springs(machine: Machine, S_m: Array, heads: list[int]) -> None:
     largest = np.abs(S_m).max()
     for k in sorted(set(range(S_m.shape[2])).difference(heads)):
         if np.abs(S_m[:, :, k]).max() > DETERMINED * largest:
-            name = machine.moving_joints[k].name
+            name = machine.independent_joints[k].name
             what = "feed-forward: motors on dependent joints act on this spring itself: lock it in a scene, or choose "
             raise machine.error(f"joint {name}", what + "other dependent joints (dependent = [...])")
 
 
 def _refuse_singular(machine: Machine, led: Machine, t: Array, S_m: Array) -> None:
-    """Raise `InputError` where motors do not move every joint whose motion is wanted, S_m (N, m, k)."""
+    """Raise `InputError` where motors do not move every joint with a prescribed motion, S_m (N, m, k)."""
     names = ", ".join(joint.name for joint in led.motor_joints)
     motors, joints = S_m.shape[1:]
     if motors < joints:
-        what = f"feed-forward: {motors} motors cannot move these {joints} joints as wanted: lock some in a scene"
+        what = (
+            f"feed-forward: {motors} motors cannot prescribe the motion of these {joints} joints: lock some in a scene"
+        )
         raise machine.error(f"joints {names}", what)
     sizes = np.linalg.svd(np.nan_to_num(S_m, posinf=0.0, neginf=0.0), compute_uv=False)
     singular = ~(sizes[:, -1] > DETERMINED * sizes[:, 0])
     if singular.any():
-        when = f"feed-forward: at {t[np.argmax(singular)]:.4g} s motors do not act on all of them"
+        when = f"feed-forward: at {t[np.argmax(singular)]:.4g} s the motors do not act on all of them"
         raise machine.error(f"joints {names}", f"{when}: give a motion that keeps away from this singular position")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.vibration.modes import Modes
+from symoro_elastic.analysis.vibration.modes import Modes
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.scalar import Scalar
 
 GRAVITY_AND_LOADS = "gravity and loads"
 
@@ -21,6 +21,11 @@ class Shares:
     names: tuple[str, ...]
     shares: Array
 
+    @property
+    def by_name(self) -> dict[str, Array]:
+        """The shares (modes,) of each name."""
+        return dict(zip(self.names, self.shares, strict=True))
+
     def largest(self, mode: int) -> tuple[str, float]:
         """Return the name with most of the energy of a mode, and its share."""
         k = int(self.shares[:, mode].argmax())
@@ -30,7 +35,7 @@ class Shares:
 def frame_shapes(modal: Modes) -> Array:
     """Return J phi (frames, 6, modes): displacement and small rotation of every frame, in axes of frame 0."""
     motion = modal.linear.motion
-    moved = _moved(modal, motion.seen[0])
+    moved = _moved(modal, motion.frame_motions[0])
     frames = moved.reshape(len(moved) // 6, 6, moved.shape[1])
     return frames[1 : 1 + len(motion.machine.joints)]
 
@@ -38,7 +43,7 @@ def frame_shapes(modal: Modes) -> Array:
 def kinetic_shares(modal: Modes) -> Shares:
     """Return (V_j^T JJ_j V_j) / 2 of each body and Ia qd_j^2 / 2 of each rotor [13], over their sum."""
     motion = modal.linear.motion
-    moved = _moved(modal, motion.own_velocities)
+    moved = _moved(modal, motion.body_velocities)
     screws = moved.reshape(len(moved) // 6, 6, modal.shapes.shape[1])
     bodies = motion.body_inertias()
     energies = np.einsum("jkm,jkl,jlm->jm", screws[1 : 1 + len(bodies)], bodies, screws[1 : 1 + len(bodies)])

@@ -4,37 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.checks import refuse_floating
+from symoro_elastic.analysis.time_series.writing import write_columns
+from symoro_elastic.analysis.vibration.driven_joints import MotionOfMotors, of_motors, with_motors_on_load_joints
+from symoro_elastic.analysis.vibration.left_out import LeftOut, cost, line, with_springs_held
+from symoro_elastic.analysis.vibration.reference_trajectory import ReferenceTrajectory
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.foundation.sizes import refuse_numbers
+from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.feed_forward import OverTime, deflection_symbol, motion_symbol, over_time
+from symoro_elastic.models.feed_forward import OverTime, deflection_symbol, left_out_springs, motion_symbol, over_time
 from symoro_elastic.models.feed_forward_checks import damping_of
 from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.models.motor_coordinates import dependent_motors
+from symoro_elastic.models.state import State
 from symoro_elastic.numerics.arrays import values_along
-from symoro_elastic.numerics.loop_passages import refuse_lost
+from symoro_elastic.numerics.branch_crossings import refuse_lost
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.shared_motors import line_on_undetermined
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
-from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.scalar import Scalar
-from symoro_elastic.sizes import refuse_numbers
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
-from symoro_elastic.time_series.writing import columns_of, write_columns
-from symoro_elastic.vibration.driven_joints import MotionOfMotors, followed, of_motors
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.lag import lagging
-from symoro_elastic.vibration.left_out import LeftOut, cost, held, left_out_springs, line
-from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory
-from symoro_elastic.vibration.shared_motors import undetermined
+
+GAUSS_POINTS = 6
 
 FEED_FORWARD = "feed_forward"
 IN_MOTION = 1e-3  # of the largest value
@@ -76,7 +80,7 @@ class FeedForward(Result):
 
     def at_motors(self, block: Array) -> Array:
         """Return the columns of the motors of q or qd."""
-        names = [joint.name for joint in self.machine.moving_joints]
+        names = [joint.name for joint in self.machine.independent_joints]
         return block[:, [names.index(name) for name in self.motors]]
 
     @property
@@ -84,29 +88,9 @@ class FeedForward(Result):
         """Machine, motors and samples."""
         return f"FeedForward of {self.machine.name}: {len(self.motors)} motors, {len(self.t)} samples"
 
-    def parts(self) -> list[Part]:
-        """Return the table of motors, the samples, and notes."""
-        from symoro_elastic.vibration.tables import feed_forward_table
-
-        found = figures(self)
-        samples = f"{found['duration']:.6g} s, {found['samples']} samples"
-        return [Titled(feed_forward_table(self), f"{self.machine.name}: {found['motion']}"), samples, *found["notes"]]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return orders, largest torques and notes as plain data."""
-        return figures(self)
-
-    def arrays(self) -> dict[str, Array]:
-        """Return t, q_<joint>, qd_<joint>, tau_<motor>, a row a sample."""
-        return columns(self)
-
-    def columns(self) -> dict[str, Array]:
-        """Return the same as `arrays`."""
-        return self.arrays()
-
     @property
     def wanted(self) -> tuple[Joint, ...]:
-        """The joints whose motion is wanted, that of the springs behind them with it."""
+        """The joints with a prescribed motion, including that of the springs behind them."""
         return (self.followed or self.machine).motor_joints
 
     @property
@@ -117,17 +101,17 @@ class FeedForward(Result):
 
 def orders(machine: Machine) -> dict[str, int]:
     """Return by motor how many derivatives of its reference trajectory the torques need. Raises `InputError`."""
-    refuse_floating(machine, "feed-forward")
-    led = followed(machine)
-    kept = held(led, left_out_springs(led))
-    return _orders(kept, over_time(Bound(kept)))
+    require_fixed_base(machine, "feed-forward")
+    led = with_motors_on_load_joints(machine)
+    kept = with_springs_held(led, left_out_springs(led))
+    return _orders(kept, over_time(kept))
 
 
 def _refuse_large(machine: Machine, reference: ReferenceTrajectory) -> None:
     """Raise `InputError` where the motion of all joints and the derivatives of the motors' have no room."""
-    each = 3 * len(machine.moving) + sum(len(rows) + 1 for rows in reference.y.values())
-    what = f"{len(reference.t)} samples of {len(machine.moving)} joints"
-    refuse_numbers(each * len(reference.t), what, reference.source, "t", "give fewer, or a lower --rate")
+    each = 3 * len(machine.independent) + sum(len(rows) + 1 for rows in reference.y.values())
+    what = f"{len(reference.t)} samples of {len(machine.independent)} joints"
+    refuse_numbers(each * len(reference.t), what, reference.source, "t", "give fewer, or a lower --sample-rate")
 
 
 def _orders(machine: Machine, solved: OverTime) -> dict[str, int]:
@@ -155,7 +139,7 @@ def feed_forward(
     Raises `InputError` for a machine without feed-forward, and for a motion with too few derivatives.
     """
     valued = with_values(machine, values) if values else machine
-    led = followed(valued)
+    led = with_motors_on_load_joints(valued)
     found = _feed_forward(led, reference)
     if led.motors == valued.motors:
         return found
@@ -167,8 +151,8 @@ def _feed_forward(valued: Machine, reference: ReferenceTrajectory) -> FeedForwar
     """Return the torques of motors that all own independent variables."""
     parameters = EquationsOfMotion(valued).parameters
     omitted = left_out_springs(valued)
-    kept = held(valued, omitted)
-    solved = over_time(bound := Bound(kept))
+    kept = with_springs_held(valued, omitted)
+    solved = over_time(kept)
     needed = _orders(kept, solved)
     refuse_few(reference, needed, valued)
     _refuse_large(valued, reference)
@@ -177,11 +161,11 @@ def _feed_forward(valued: Machine, reference: ReferenceTrajectory) -> FeedForwar
         name = kept.joint(j).name
         symbols |= {motion_symbol(j, k): reference.y[name][k] for k in range(needed[name] + 1)}
     for j, undamped in solved.lagging.items():
-        lag = damping_of(bound, j) / bound.cell(bound.machine.joint(j).spring.stiffness)
+        lag = damping_of(solved.bound, j) / solved.bound.cell(kept.joint(j).spring.stiffness)
         (tau,) = values_along([lag], symbols, 1)[0]
         deflection = lagging(reference.t, values_along(undamped, symbols, len(reference.t)), float(tau))
         symbols |= {deflection_symbol(j, k): x for k, x in enumerate(deflection)}
-    return _assembled(valued, reference, needed, solved, symbols, omitted, bound)
+    return _assembled(valued, reference, needed, solved, symbols, omitted)
 
 
 def _assembled(
@@ -191,20 +175,20 @@ def _assembled(
     solved: OverTime,
     symbols: Mapping[str, Any],
     omitted: list[str],
-    bound: Bound,
 ) -> FeedForward:
     """Return torques and motion of all joints; those left out are at rest."""
+    bound = solved.bound
     N, motion = len(reference.t), EquationsOfMotion(valued)
     q, qd = np.tile(motion.neutral_positions(), (N, 1)), np.zeros((N, len(motion.joints)))
-    columns = [valued.moving.index(j) for j in solved.q]
+    columns = [valued.independent.index(j) for j in solved.q]
     q[:, columns], qd[:, columns] = (values_along(list(x.values()), symbols, N).T for x in (solved.q, solved.qd))
     tau = values_along([solved.tau[j] for j in valued.motors], symbols, N).T
     joints = [joint.name for joint in motion.joints]
     _refuse_without_value(reference, joints, q)
-    refuse_lost(valued, "feed-forward", reference.t, q)
+    refuse_lost(valued, "feed-forward", reference.t, State({"q": q}))
     _refuse_without_value(reference, [*joints, *(valued.joint(j).name for j in valued.motors)], np.hstack([qd, tau]))
     parameters = {p.name: symbols[p.name] for p in bound.machine.parameters}
-    motors = {j: q[:, valued.moving.index(j)] for j in valued.motors}
+    motors = {j: q[:, valued.independent.index(j)] for j in valued.motors}
     lead = _lead(bound, parameters, motors, {j: reference.y[valued.joint(j).name][0] for j in valued.motors})
     units = tuple(valued.joint(chain.joints[-1]).unit for chain in chains(bound))
     left_out = cost(valued, omitted, reference.t, q, qd)
@@ -217,7 +201,9 @@ def _refuse_without_value(reference: ReferenceTrajectory, joints: Sequence[str],
     if len(missing):
         sample, column = missing[0]
         place = f"t = {reference.t[sample]:.4g} s, {joints[column]}"
-        what = "no position was found that fulfils the loops and balances the springs: give a slower or shorter motion"
+        what = (
+            "no position was found that satisfies the loops and balances the springs: give a slower or shorter motion"
+        )
         raise InputError(reference.source, place, what)
 
 
@@ -237,9 +223,9 @@ def starts(machine: Machine) -> dict[str, float]:
     """Return by motor where its load is at the start of the machine's loops, rad or m; 0 where no loop has one."""
     if not machine.loops:
         return {}
-    led = followed(machine)
+    led = with_motors_on_load_joints(machine)
     motion = EquationsOfMotion(led)
-    bound = Bound(held(led, left_out_springs(led)))
+    bound = Bound(with_springs_held(led, left_out_springs(led)))
     variables = dict(zip((str(joint.variable) for joint in motion.joints), motion.position_of_loops(), strict=True))
     positions = load_positions(bound, chains(bound))
     found = values_along(list(positions.values()), {**motion.parameters, **variables}, 1)
@@ -278,10 +264,12 @@ def notes(command: FeedForward) -> list[str]:
 
 
 def _shared(command: FeedForward) -> list[str]:
-    """Return a line on more motors than joints whose motion is wanted, where no file shares out their torques."""
+    """Return a line where motors outnumber the prescribed joints, and no file gives weights of their torques."""
     if command.following is None or len(command.motors) == len(command.wanted):
         return []
-    return undetermined(command.machine, {j: tuple(command.machine.motors) for j in dependent_motors(command.machine)})
+    return line_on_undetermined(
+        command.machine, {j: tuple(command.machine.motors) for j in dependent_motors(command.machine)}
+    )
 
 
 def _with_dry_friction(machine: Machine) -> list[str]:
@@ -290,50 +278,66 @@ def _with_dry_friction(machine: Machine) -> list[str]:
     return [name for name, law in laws if law.creep.is_zero and not law.coulomb.is_zero]
 
 
-def figures(command: FeedForward) -> dict[str, Any]:
-    """Return by motor: order needed and given, largest and rms torque, velocity, lead of the motor; notes."""
-    wanted = [joint.name for joint in command.wanted]
-    motors: dict[str, dict[str, float]] = {}
-    for m, name in enumerate(command.motors):
-        tau = command.tau[:, m]
-        own = command.following is None
-        motors[name] = {
-            **(_derivatives(command, name) if own else {}),
-            "torque": float(np.abs(tau).max()),
-            "torque_rms": float(np.sqrt(np.mean(tau**2))),
-            "velocity": float(np.abs(command.velocities[:, m]).max()),
-            **({"lead": float(np.abs(command.lead[:, m]).max())} if own else {}),
-        }
-    joints = {name: _derivatives(command, name) for name in wanted} if command.following else {}
-    return {
-        "motion": command.reference.source, "duration": float(command.t[-1] - command.t[0]), "samples": len(command.t),
-        "motors": motors, **({"joints": joints} if joints else {}),
-        "left_out": _left_out(command), "notes": notes(command),
-    }  # fmt: skip
-
-
-def _derivatives(command: FeedForward, name: str) -> dict[str, float]:
-    """Return how many derivatives of the wanted motion of a joint are needed and given."""
-    return {"order": command.orders[name], "given": command.reference.order(name)}
-
-
-def _left_out(command: FeedForward) -> dict[str, Any] | None:
-    """Return the largest deflections of springs that are left out, rad or m, and their lowest frequency, Hz."""
-    found = command.left_out
-    return {"deflections": dict(found.deflections), "frequency": found.frequency} if found else None
-
-
 def save_feed_forward(command: FeedForward, path: str | Path) -> None:
     """Write t, q_<joint>, qd_<joint>, tau_<motor> to .csv or .npz for `read_measurements`. Raises `InputError`."""
-    write_columns(columns(command), path)
+    write_columns(command.arrays(), path)
 
 
-def columns(command: FeedForward) -> dict[str, Array]:
-    """Return t, q_<joint>, qd_<joint>, tau_<motor>, a row a sample."""
-    joints = [joint.name for joint in command.machine.moving_joints]
-    blocks = [("q", command.q, joints), ("qd", command.qd, joints), ("tau", command.tau, command.motors)]
-    if command.following:
-        own = [name not in joints for name in command.motors]
-        names = [name for name in command.motors if name not in joints]
-        blocks[2:2] = [("q", command.following.x[:, own], names), ("qd", command.following.xd[:, own], names)]
-    return columns_of(command.t, *blocks)
+# Deflections of springs with damping: tau q' + q = u, integrated along samples of u and its derivatives.
+#
+# Between two samples u is a cubic p, and with s the time since the first,
+#
+#     q(s) = (q(0) - r(0)) exp(-s/tau) + r(s),    r = p - tau p' + tau^2 p'' - tau^3 p''',
+#
+# which is exact and stable however small tau is; where tau is longer than a step the same integral is taken by Gauss's
+# rule, since r is a difference of large numbers there.
+def lagging(t: Array, u: Array, tau: float) -> Array:
+    """Return q and its derivatives (orders, N) from those of u (orders, N) at times t (N,), s, and tau > 0, s.
+
+    The start is that of a motion that went on before, as far as the derivatives tell: q = u at rest.
+    """
+    starts = u[-1, 0] * np.ones(len(u))
+    for k in range(len(u) - 2, -1, -1):
+        starts[k] = u[k, 0] - tau * starts[k + 1]
+    return np.stack([_integrated(t, p, starts[k], tau) for k, p in enumerate(_cubics(t, u))])
+
+
+def _cubics(t: Array, u: Array) -> list[Array]:
+    """Return by order the coefficients (4, N - 1), the constant first, of cubics between samples."""
+    interpolate = for_vibrations("scipy.interpolate")
+    below = [interpolate.CubicHermiteSpline(t, x, slope) for x, slope in pairwise(u)]
+    return [curve.c[::-1] for curve in (*below, interpolate.CubicSpline(t, u[-1]))]
+
+
+def _integrated(t: Array, p: Array, start: float, tau: float) -> Array:
+    h = np.diff(t)
+    left = np.exp(-h / tau)
+    gained = np.where(h > tau, _by_series(p, h, tau, left), _by_quadrature(p, h, tau))
+    q = [start]
+    for decay, gain in zip(left.tolist(), gained.tolist(), strict=True):
+        q.append(decay * q[-1] + gain)
+    return np.array(q)
+
+
+def _by_series(p: Array, h: Array, tau: float, left: Array) -> Array:
+    """Return r(h) - r(0) exp(-h/tau)."""
+    r = p.copy()
+    for k in (2, 1, 0):
+        r[k] = p[k] - tau * (k + 1) * r[k + 1]
+    gained: Array = _value(r, h) - r[0] * left
+    return gained
+
+
+def _by_quadrature(p: Array, h: Array, tau: float) -> Array:
+    """Return the integral of exp(-(h - s)/tau) p(s) / tau over a step."""
+    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    gained: Array = np.zeros_like(h)
+    for node, weight in zip(nodes, weights, strict=True):
+        s = h * (1 + node) / 2
+        gained += weight * h / 2 / tau * np.exp(-(h - s) / tau) * _value(p, s)
+    return gained
+
+
+def _value(p: Array, s: Array) -> Array:
+    value: Array = ((p[3] * s + p[2]) * s + p[1]) * s + p[0]
+    return value

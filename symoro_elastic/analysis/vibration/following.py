@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.packages import for_vibrations
-from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.vibration.inverse_model import InverseModel
+from symoro_elastic.analysis.vibration.inverse_model import InverseModel
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 
 MOST_SWINGS = 50_000
 """Periods of the fastest mode that are followed: 25 to 100 evaluations of the model each, two minutes in all."""
@@ -52,7 +52,7 @@ class MotorCurve:
         return for_vibrations("scipy.interpolate").PPoly(np.stack(blocks, axis=2), self.breaks)
 
 
-def followed(
+def motion_between_motors(
     motion: EquationsOfMotion, start: State, curve: MotorCurve, times: Array, source: str,
     progress: Progress = no_progress,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
@@ -100,7 +100,7 @@ def _integrated(
             progress(done, len(times))
         if solver.status == "finished":
             return states
-    what = f"the motion gets too fast to follow at {solver.t:.4g} s: cut it there, or change the springs or the dampers"
+    what = f"the motion becomes too fast to integrate at {solver.t:.4g} s: cut it there, or change springs and dampers"
     raise InputError(source, "t", what)
 
 
@@ -115,9 +115,9 @@ def refuse_sticking(motion: EquationsOfMotion) -> None:
     for j, row in zip(dry, motion.slopes(q, dry), strict=True):
         if row[free].any():
             what = (
-                f"{machine.joint(j).name} has no motor, so dry friction holds it at times, and such a motion is not "
-                "followed: make its coulomb friction 0 in a copy of the table, or give a record of all joints by "
-                "--motion"
+                f"{machine.joint(j).name} has no motor, so dry friction holds it at times, and such a "
+                "motion cannot be integrated: make its coulomb friction 0 in a copy of the table, or give a record of "
+                "all joints by --motion"
             )
             raise InputError(motion.source, "friction", what)
 
@@ -126,5 +126,5 @@ def refuse_swings(seconds: float, fastest: float, source: str, place: str) -> No
     """Raise `InputError` for a motion of some seconds that is longer than can be followed; `fastest` in rad/s."""
     hertz = fastest / (2 * math.pi)
     if seconds * hertz > MOST_SWINGS:
-        what = f"{seconds:.4g} s at {hertz:.4g} Hz is too long to follow: cut it to {MOST_SWINGS / hertz:.3g} s"
+        what = f"{seconds:.4g} s at {hertz:.4g} Hz is too long to integrate: cut it to {MOST_SWINGS / hertz:.3g} s"
         raise InputError(source, place, what)

@@ -9,16 +9,18 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.models.loops.plan import lacks_closed_form
+from symoro_elastic.models.state import DEPENDENT, State, closing_models
 from symoro_elastic.numerics.arrays import arithmetic
-from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.shared_motors import share_torques, shares
+from symoro_elastic.numerics.verification.assembled_states import start_of
 from symoro_elastic.symbolic.arithmetic import evaluate
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.shared_motors import shared, shares
 
 STEP, FINEST = 0.05, 64
 """Largest step of an independent variable from one assembled position to the next, rad or m, and its least part."""
@@ -36,15 +38,15 @@ class InverseModel:
 
     def __init__(self, motion: EquationsOfMotion) -> None:
         self.motion, self.machine = motion, _driven_by_independent(motion)
-        models = ("inverse_dynamics", *(("assemble",) if motion.bound.takes_dependent else ()))
-        self._model = numpy_model(self.machine, models)
+        self._model = numpy_model(self.machine, ("inverse_dynamics", *closing_models(self.machine)))
         self._position: tuple[Array, Array] | None = None
         self._known: tuple[Array, Array] | None = None
 
     def __call__(self, q: Array, qd: Array, qdd_motor: Array) -> tuple[Array, Array]:
         """Return what motors exert on their coordinates (..., motors), N m or N, and accelerations (..., n)."""
-        tau, qdd = self._model.inverse_dynamics(q, *self._dependent(q), qd, qdd_motor)
-        return np.asarray(tau), np.asarray(qdd)
+        state = self._closed(State({"q": q, "qd": qd, "qdd_motor": qdd_motor}))
+        tau, qdd = state.results(self._model.inverse_dynamics)
+        return tau, qdd
 
     def torques(self, q: Array, tau: Array) -> Array:
         """Return the torques (N, m) of all motors that exert tau (N, motors) at q (N, n); some share it (L31)."""
@@ -52,58 +54,56 @@ class InverseModel:
         if not motion.followers:
             return tau
         S_x = motion.bound.coordinates.S_x
-        columns = [motion.machine.moving[k] for k in motion.motors]
+        columns = [motion.machine.independent[k] for k in motion.motors]
         entries = [S_x[m].get(k, 0) for m in motion.machine.motors for k in columns]
         slopes = self._along(entries, q, np.zeros_like(q), np.zeros_like(q)).reshape(
             len(q), len(motion.motor_names), len(columns)
         )
         share = shares(motion.machine, motion.parameters)
-        return np.array([shared(S_m, forces, share) for S_m, forces in zip(slopes, tau, strict=True)])
+        return np.array([share_torques(S_m, forces, share) for S_m, forces in zip(slopes, tau, strict=True)])
 
-    def own_accelerations(self, q: Array, qd: Array, qdd: Array) -> Array:
-        """Return accelerations (N, owners) of all own variables, dependent ones too, in table order (L2)."""
-        return self._along(self.motion.own_motion[1], q, qd, qdd)
+    def joint_coordinate_accelerations(self, q: Array, qd: Array, qdd: Array) -> Array:
+        """Return accelerations (N, owners) of all joint coordinates, dependent ones too, in table order (L2)."""
+        return self._along(self.motion.joint_coordinate_rates[1], q, qd, qdd)
 
     def _along(self, roots: Sequence[Scalar], q: Array, qd: Array, qdd: Array) -> Array:
         """Return values (N, roots) of expressions of the machine's graph at states (N, n)."""
-        bound = self.motion.bound
-        symbols: dict[str, Any] = dict(self.motion.parameters)
-        for by_joint, block in ((bound.q, q), (bound.qd, qd), (bound.qdd, qdd)):
-            symbols |= {x.operands[0]: column for x, column in zip(by_joint.values(), block.T, strict=True)}
-        for q_dep in self._dependent(q):
-            symbols |= zip(bound.arguments()["q_dep"], q_dep.T, strict=True)
+        names, symbols = self.motion.bound.arguments(), dict[str, Any](self.motion.parameters)
+        for key, block in self._closed(State({"q": q, "qd": qd, "qdd": qdd})).blocks.items():
+            symbols |= zip(names[key], block.T, strict=True)
         value = evaluate(roots, symbols, arithmetic(float))
         found = np.zeros((len(q), len(roots)))
         for column, x in enumerate(roots):
             found[:, column] = value(x)
         return found
 
-    def _dependent(self, q: Array) -> tuple[Array, ...]:
-        """Return q_dep (..., d) where it is an argument, each found from the one before."""
-        if not self.motion.bound.takes_dependent:
-            return ()
+    def _closed(self, state: State) -> State:
+        """Return the state with its loops closed, each from the one before."""
+        if not lacks_closed_form(self.machine):
+            return state
+        q = state.q
         if self._known is None or self._known[0] is not q:
             found = np.array([self._assembled(place) for place in q.reshape(-1, q.shape[-1])])
             self._known = q, found.reshape(*q.shape[:-1], found.shape[1])
-        return (self._known[1],)
+        return state.with_blocks(**{DEPENDENT: self._known[1]})
 
     def _assembled(self, q: Array) -> Array:
-        """Return q_dep at q, followed from the last position; raises `InputError` where the loops do not close."""
+        """Return the dependent variables at q, from the last position on; raises `InputError` where loops are open."""
         start = start_of(self.machine)
-        last, q_dep = self._position or (start.q, start.q_dep)
+        last, at = self._position or (start.q, start.q_dep)
         step, done = 1 / max(1, math.ceil(float(np.abs(q - last).max()) / STEP)), 0.0
         least = step / FINEST
         while done < 1:
             ahead = min(1.0, done + step)
-            near, gap = self._model.assemble(last + ahead * (q - last), q_dep)
-            if gap[0] < CLOSED and np.abs(near - q_dep).max() < JUMP:
-                q_dep, done = near, ahead
+            near, gap = self._model.assemble(last + ahead * (q - last), at)
+            if gap[0] < CLOSED and np.abs(near - at).max() < JUMP:
+                at, done = near, ahead
             elif step > least:
                 step /= 2
             else:
                 self._refuse_open(last + ahead * (q - last))
-        self._position = q, q_dep
-        return q_dep
+        self._position = q, at
+        return at
 
     def _refuse_open(self, q: Array) -> NoReturn:
         loops = ", ".join(loop.name for loop in self.machine.loops)

@@ -7,17 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.vibration.linearization import linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import modes
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.feed_forward import left_out
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.linearization import linearize, with_motors
-from symoro_elastic.vibration.modes import modes
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
 MOST_PLACES = 200
 
@@ -35,16 +33,11 @@ class LeftOut:
     frequency: float | None
 
 
-def left_out_springs(machine: Machine) -> list[str]:
-    """Return the names of the springs that are not behind a motor on its axis."""
-    return left_out(Bound(machine))
-
-
-def held(machine: Machine, names: list[str]) -> Machine:
+def with_springs_held(machine: Machine, names: list[str]) -> Machine:
     """Return the machine with these springs at their neutral positions."""
     if not names:
         return machine
-    return restricted(machine, Scene(locked={j.name: j.spring.neutral for j in machine.joints if j.name in names}))
+    return restrict(machine, Scene(locked={j.name: j.spring.neutral for j in machine.joints if j.name in names}))
 
 
 def cost(machine: Machine, names: list[str], t: Array, q: Array, qd: Array) -> LeftOut | None:
@@ -65,7 +58,7 @@ def cost(machine: Machine, names: list[str], t: Array, q: Array, qd: Array) -> L
 def _frequency(machine: Machine, names: list[str], start: Array, joints: list[str]) -> float | None:
     """Return the lowest frequency of springs with all other joints held, Hz."""
     others = [j.name for j in machine.joints if j.kind is Kind.ELASTIC and j.name not in names]
-    motion = EquationsOfMotion(held(machine, others))
+    motion = EquationsOfMotion(with_springs_held(machine, others))
     motors = [motion.names[k] for k in motion.motors]
     at = {name: float(start[joints.index(name)]) for name in motors}
     try:
@@ -79,6 +72,6 @@ def _frequency(machine: Machine, names: list[str], start: Array, joints: list[st
 def line(cost: LeftOut) -> str:
     """Return a line that names the springs and what leaving them out costs."""
     bent = ", ".join(f"{name} {x:.3g} {cost.units[name]}" for name, x in cost.deflections.items())
-    said = "no motor makes these springs follow, so they are left out, held at their neutral positions; loads of this "
+    said = "no motor controls these springs, so they are held at their neutral positions; the loads of this "
     said += f"motion would bend them by {bent}"
     return said if cost.frequency is None else f"{said}; they vibrate from {cost.frequency:.4g} Hz"

@@ -11,20 +11,16 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.free_base import with_base_coordinates
-from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.independent_joints import with_independent_motors
-from symoro_elastic.results import Part, Result
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.vibration.inertia import refuse_singular
-from symoro_elastic.vibration.shared_motors import undetermined
-from symoro_elastic.vibration.signals import (
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.inertia import refuse_singular
+from symoro_elastic.numerics.motion.shared_motors import line_on_undetermined
+from symoro_elastic.numerics.motion.signals import (
     FrameSignal,
     Signal,
     default_inputs,
@@ -32,7 +28,6 @@ from symoro_elastic.vibration.signals import (
     inputs,
     joint_signals,
     outputs,
-    points_of,
 )
 
 LARGEST = 1e100
@@ -111,12 +106,12 @@ class Linearization(Result):
         """Lines about the state: that it moves, and that motors share torques which nothing determines one by one."""
         motion = self.motion
         loaded = any(self.state.torques[motion.machine.motors.index(j)] for j in motion.followers)
-        return self.unrest or tuple(undetermined(motion.machine, motion.followers) if loaded else ())
+        return self.unrest or tuple(line_on_undetermined(motion.machine, motion.followers) if loaded else ())
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Lines about the state, and one for each motor that is held."""
-        return *self.doubts, *(f"{name} is held: its torque and its encoder are no signals" for name in self.held)
+        return *self.doubts, *(f"{name} is held: its torque and its encoder are not signals" for name in self.held)
 
     @property
     def held(self) -> tuple[str, ...]:
@@ -152,24 +147,6 @@ class Linearization(Result):
         signals = f"{len(self.inputs)} inputs, {len(self.outputs)} outputs"
         return f"Linearization of {self.motion.machine.name}: {len(self.kept)} coordinates, {signals}"
 
-    def parts(self) -> list[Part]:
-        """Return the state, the names of coordinates and signals, and whether the machine is stable there."""
-        from symoro_elastic.vibration.tables import linearization_lines
-
-        return [*linearization_lines(self)]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return matrices and state as plain data."""
-        from symoro_elastic.vibration.tables import linearization_json
-
-        return linearization_json(self)
-
-    def arrays(self) -> dict[str, AnyArray]:
-        """Return mass, damping, stiffness, A, B, C, D ... by name."""
-        from symoro_elastic.vibration.export import arrays_of
-
-        return arrays_of(self)
-
 
 def linearize(
     motion: EquationsOfMotion, state: State, ins: Sequence[str] | None = None, outs: Sequence[str] | None = None
@@ -195,17 +172,6 @@ def linearize(
     )  # fmt: skip
 
 
-def motion_of(
-    machine: Machine, values: Mapping[str, float] | None = None, ins: Sequence[str] = (), outs: Sequence[str] = ()
-) -> EquationsOfMotion:
-    """Return the equations of motion of a machine, with the points of these signals.
-
-    A floating base has six coordinates more: base.x, base.y, base.z, base.rx, base.ry, base.rz.
-    """
-    machine = with_independent_motors(with_base_coordinates(machine))
-    return EquationsOfMotion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))
-
-
 class _Maps:
     """Derivatives by q, qd, qdd of the velocity and of the acceleration behind each signal, about a state.
 
@@ -220,7 +186,7 @@ class _Maps:
         if isinstance(signal, FrameSignal):
             point = self._motion.points.index((signal.number, signal.at)) if signal.at else None
             return self._row(self._frames, self._motion.row_of(signal.number, point) + signal.component)
-        return self._row(self._joints, self._motion.machine.owners.index(signal.number))
+        return self._row(self._joints, self._motion.machine.with_variable.index(signal.number))
 
     def _row(self, blocks: tuple[Array, Array, Array], row: int) -> Rows:
         half = len(blocks[0]) // 2
@@ -230,13 +196,13 @@ class _Maps:
     @cached_property
     def _frames(self) -> tuple[Array, Array, Array]:
         """Of V and V' of all frames, in axes of frame 0."""
-        V, Vd = self._motion.seen
+        V, Vd = self._motion.frame_motions
         return self._motion.jacobians([*V, *Vd], self._state)
 
     @cached_property
     def _joints(self) -> tuple[Array, Array, Array]:
-        """Of rates and accelerations of own variables."""
-        rates, accelerations = self._motion.own_motion
+        """Of rates and accelerations of joint coordinates."""
+        rates, accelerations = self._motion.joint_coordinate_rates
         return self._motion.jacobians([*rates, *accelerations], self._state)
 
 
@@ -252,7 +218,7 @@ def with_motors(
     """Return the linearization with some motors held, others under a controller tau = -kp dq - kd dqd.
 
     `gains` gives (kp, kd) in N m/rad, N m s/rad or N/m, N s/m. The torque and the encoder of a motor that is held
-    are no signals any more. Raises `InputError` for joints without motor.
+    are not signals any more. Raises `InputError` for joints without motor.
     """
     motion, kept = linear.motion, list(linear.kept)
     fixed = _held(linear, held)
@@ -260,10 +226,10 @@ def with_motors(
     for name, (kp, kd) in (gains or {}).items():
         m = motion.motor(name, "--pd")
         if not np.isfinite([kp, kd]).all():
-            raise InputError(motion.source, "--pd", f"{name}: gains {kp:g} and {kd:g} are no numbers to compute with")
+            raise InputError(motion.source, "--pd", f"{name}: gains {kp:g} and {kd:g} are not numbers to compute with")
         row = linear.motors[m]
         if not row[[k not in fixed for k in kept]].any():
-            raise InputError(motion.source, "--pd", f"{name} is held: leave out one of --hold and --pd")
+            raise InputError(motion.source, "--pd", f"{name} is held: remove --hold or --pd")
         K += kp * np.outer(row, row)
         D += kd * np.outer(row, row)
         springs[m] += kp
@@ -280,13 +246,13 @@ def with_motors(
 
 
 def _held(linear: Linearization, names: Collection[str]) -> set[int]:
-    """Return the indices in q that stand still where some motors do; raises `InputError` where a motor still moves."""
+    """Return the indices in q that are fixed if some motors are; raises `InputError` where a motor still moves."""
     motion = linear.motion
     held = [motion.motor(name, "--hold") for name in names]
     slopes = linear.motors[held]
     fixed = {k for column, k in enumerate(linear.kept) if slopes[:, column].any()}
     if len(fixed) > np.linalg.matrix_rank(slopes):
         moving = ", ".join(motion.names[k] for k in sorted(fixed))
-        what = f"{', '.join(names)} alone would leave a motion of {moving} together: hold them all"
+        what = f"{', '.join(names)} alone would leave {moving} free to move together: hold them all"
         raise InputError(motion.source, "--hold", what)
     return fixed

@@ -1,31 +1,69 @@
-"""Natural frequencies and mode shapes of a linearization: K phi = lambda M phi, and the poles with damping.
+"""Natural frequencies and mode shapes of a linearization: K phi = lambda M phi, the poles with damping, sensitivities.
 
 Motions without any stiffness are found in the structure of K and are exactly at 0 Hz; other eigenvalues below
-the rounding errors of the computation are set to zero.
+the rounding errors of the computation are set to zero. Derivatives by a parameter p are
+
+    d lambda / dp = phi^T (dK/dp - lambda dM/dp) phi,    phi^T M phi = 1
+
+with dK/dp along the equilibrium, which moves with p: dq/dp = -K^-1 dr/dp. Of a repeated frequency the slopes are
+the eigenvalues of Phi^T (dK/dp - lambda dM/dp) Phi, since p may split it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array, ComplexArray
-from symoro_elastic.errors import InputError
-from symoro_elastic.packages import for_vibrations
-from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.vibration.inertia import MATRIX_ROUNDING, refuse_singular
-from symoro_elastic.vibration.linearization import Linearization
-
-if TYPE_CHECKING:
-    from symoro_elastic.vibration.sensitivity import Sensitivity
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.inertia import MATRIX_ROUNDING, refuse_singular
 
 LEAST_DAMPING = 1e-12
 """Damping ratios up to here are rounding."""
 ALIKE = 1e-7
 """Eigenvalues closer than this, relative, belong to one repeated frequency."""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """df/dp (parameters, modes), Hz by the unit of the parameter; zero for modes at 0 Hz.
+
+    `relative` is p/f df/dp: per cent of frequency by per cent of the parameter. `repeated` are the modes of each
+    frequency that comes more than once: a parameter splits it, and their slopes are in ascending order for each
+    parameter, not by mode.
+    """
+
+    parameters: tuple[str, ...]
+    values: Array
+    slopes: Array
+    frequencies: Array
+    repeated: tuple[tuple[int, ...], ...] = ()
+
+    @property
+    def relative(self) -> Array:
+        """p/f df/dp (parameters, modes); zero for modes at 0 Hz."""
+        over = np.where(self.frequencies > 0, self.frequencies, np.inf)
+        relative: Array = self.values[:, None] * self.slopes / over
+        return relative
+
+    def sharing(self, mode: int) -> tuple[int, ...]:
+        """Return the modes of the same frequency, this one included."""
+        return next((modes for modes in self.repeated if mode in modes), (mode,))
+
+    def strongest(self, mode: int, count: int) -> list[tuple[str, float, float]]:
+        """Return the most influential parameters, with the least and the largest of their relative derivatives."""
+        relative = self.relative[:, list(self.sharing(mode))]
+        order = np.argsort(-np.abs(relative).max(axis=1), kind="stable")[:count]
+        rows = [(self.parameters[k], relative[k]) for k in order if relative[k].any()]
+        return [(name, float(row.min()), float(row.max())) for name, row in rows]
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,8 +89,6 @@ class Modes(Result):
     @cached_property
     def sensitivity(self) -> Sensitivity:
         """Derivatives of the frequencies by stiffnesses, inertias and other parameters."""
-        from symoro_elastic.vibration.sensitivity import sensitivity
-
         return sensitivity(self)
 
     @property
@@ -77,35 +113,6 @@ class Modes(Result):
         first = f", first {moving.min():.4g} Hz" if len(moving) else ""
         return f"Modes of {self.linear.motion.machine.name}: {len(self.eigenvalues)}{first}"
 
-    def parts(self) -> list[Part]:
-        """Return the state, the table of modes, and the spring that limits the first."""
-        from symoro_elastic.vibration.tables import modes_conclusion, modes_table, state_lines
-
-        slopes = self.sensitivity
-        table = Titled(modes_table(self, slopes), self.linear.motion.machine.name)
-        return [*state_lines(self.linear), *self.linear.doubts, table, modes_conclusion(self, slopes)]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return frequencies, shapes, energies and sensitivities as plain data."""
-        from symoro_elastic.vibration.tables import modes_json
-
-        return modes_json(self, self.sensitivity)
-
-    def arrays(self) -> dict[str, AnyArray]:
-        """Return frequencies, damping, poles, shapes and sensitivities by name."""
-        from symoro_elastic.vibration.export import modes_arrays
-
-        return modes_arrays(self, self.sensitivity)
-
-    def columns(self) -> dict[str, Any]:
-        """Return a row for each mode: Hz, damping ratio, 1/s of growth, share of the strain energy by spring."""
-        from symoro_elastic.vibration.energies import strain_shares
-
-        strain = strain_shares(self)
-        shares = {f"strain in {name}": row for name, row in zip(strain.names, strain.shares, strict=True)}
-        figures = {"frequency": self.frequencies, "damping_ratio": self.damping_ratios, "growth": self.growth}
-        return {**figures, **shares}
-
 
 def modes(linear: Linearization) -> Modes:
     """Return the modes of M dqdd + D dqd + K dq = 0.
@@ -115,14 +122,14 @@ def modes(linear: Linearization) -> Modes:
     motion = linear.motion
     if not linear.is_symmetric:
         what = (
-            "K is not symmetric, since wrenches turn with their bodies or the state moves, so modes are not real: "
-            "linearize gives A and its poles, and --hover carries a base by forces of constant direction"
+            "K is not symmetric, because wrenches turn with their bodies or the state moves, so modes are not real: "
+            "linearize gives A and its poles, and --hover supports a base by forces of constant direction"
         )
         raise InputError(motion.source, "modes", what)
     refuse_singular(motion, linear.M, linear.kept)
     eigenvalues, shapes = _eigen(linear.M, (linear.K + linear.K.T) / 2)
     shapes = shapes * np.where(np.sum(shapes * np.abs(shapes) ** 7, axis=0) < 0, -1.0, 1.0)
-    poles, vectors = damped(linear)
+    poles, vectors = damped_poles(linear)
     return Modes(linear, eigenvalues, shapes, _damping_ratios(linear, eigenvalues, shapes, poles, vectors), poles)
 
 
@@ -175,7 +182,7 @@ def _normal_basis(M: Array) -> Array:
     return np.linalg.inv(np.linalg.cholesky(M)).T if len(M) else M
 
 
-def damped(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
+def damped_poles(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
     """Return poles (2n,), rad/s, and shapes (n, 2n) of the damped motions, zero for rigid-body poles.
 
     Coordinates on which nothing depends give poles at exactly 0. Raises `InputError` where M is not positive definite.
@@ -204,11 +211,7 @@ def damped(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
 
 
 def _damping_ratios(
-    linear: Linearization,
-    eigenvalues: Array,
-    shapes: Array,
-    poles: ComplexArray,
-    vectors: ComplexArray,
+    linear: Linearization, eigenvalues: Array, shapes: Array, poles: ComplexArray, vectors: ComplexArray
 ) -> Array:
     """Return -Re p / |p| of the pole pair with the most similar shape; phi^T D phi / (2 omega) without one."""
     ratios = np.full(len(eigenvalues), np.nan)
@@ -226,3 +229,59 @@ def _damping_ratios(
     ratios[swings[rows]] = -paired.real / np.abs(paired)
     ratios[np.abs(ratios) <= LEAST_DAMPING] = 0.0
     return ratios
+
+
+def sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
+    """Return the derivatives of all frequencies by parameters, all that have an influence unless some are named.
+
+    Numbers of the table are called `<joint>.<quantity>`, `ram.mass`. Raises `InputError` for unknown names.
+    """
+    motion = modal.linear.motion
+    names = tuple(parameters or motion.parameters)
+    for name in names:
+        if name not in motion.parameters:
+            what = f"no parameter {quote(name)}{did_you_mean(name, motion.parameters)}"
+            raise InputError(motion.source, "sensitivity", what)
+    slopes = _eigenvalue_slopes(modal, names)
+    frequencies = modal.frequencies
+    rate = np.divide(1, 8 * np.pi**2 * frequencies, out=np.zeros_like(frequencies), where=frequencies > 0)
+    slopes *= rate
+    kept = [k for k in range(len(names)) if parameters or slopes[k].any()]
+    values = np.array([motion.parameters[names[k]] for k in kept])
+    swinging = [tuple(range(c.start, c.stop)) for c in modal.clusters() if modal.eigenvalues[c.start] > 0]
+    repeated = tuple(modes for modes in swinging if len(modes) > 1)
+    return Sensitivity(tuple(names[k] for k in kept), values, slopes[kept], frequencies, repeated)
+
+
+def _eigenvalue_slopes(modal: Modes, names: Sequence[str]) -> Array:
+    """Return d lambda / dp (names, modes); zero for modes at 0 Hz."""
+    motion, state = modal.linear.motion, modal.linear.state
+    swinging = [cluster for cluster in modal.clusters() if modal.eigenvalues[cluster.start] > 0]
+    modes = [range(cluster.start, cluster.stop) for cluster in swinging]
+    pairs = [(a, b) for cluster in modes for a in cluster for b in cluster]
+    slopes = np.zeros((len(names), len(modal.eigenvalues)))
+    if not pairs:
+        return slopes
+    shapes = np.zeros((len(motion.joints), len(modal.eigenvalues)))
+    shapes[list(modal.linear.kept)] = modal.shapes
+    left, right = shapes[:, [a for a, _ in pairs]], shapes[:, [b for _, b in pairs]]
+    squared = np.concatenate([np.full(len(c) ** 2, modal.eigenvalues[list(c)].mean()) for c in modes])
+    by_q, by_symbol = motion.change_slopes(state, left, right, -squared * right)
+    moved = motion.work_slopes(state, _weights(motion, state, by_q))
+    none = np.zeros(len(pairs))
+    total = np.array([by_symbol.get(name, none) + moved.get(name, none) for name in names])
+    first = 0
+    for cluster, size in zip(swinging, map(len, modes), strict=True):
+        split = total[:, first : first + size**2].reshape(-1, size, size)
+        slopes[:, cluster] = np.linalg.eigvalsh((split + split.transpose(0, 2, 1)) / 2)
+        first += size**2
+    return slopes
+
+
+def _weights(motion: EquationsOfMotion, state: State, by_q: Array) -> Array:
+    """Return w with w^T dr/dp = by_q^T dq/dp, where the equilibrium moves by dq/dp = -K^-1 dr/dp."""
+    weights, sought = np.zeros_like(by_q), list(state.sought)
+    if sought:
+        stiffness = motion.forces_and_stiffness(state.q)[1][np.ix_(sought, sought)]
+        weights[sought] = -np.linalg.lstsq(stiffness.T, by_q[sought], rcond=None)[0]
+    return weights

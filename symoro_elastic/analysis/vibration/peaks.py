@@ -6,19 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.machine.machine import Machine
-from symoro_elastic.packages import for_vibrations
-from symoro_elastic.vibration.linearization import Linearization
-from symoro_elastic.vibration.modes import damped
-from symoro_elastic.vibration.responses import (
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.modes import damped_poles
+from symoro_elastic.analysis.vibration.responses import (
     Response,
     frequency_grid,
     frequency_response,
     quotient_unit,
     refuse_missing_signals,
 )
-from symoro_elastic.vibration.signals import input_unit, output_unit
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.motion.signals import input_unit, output_unit
 
 EDGE = 1 / np.sqrt(2)
 """Of the magnitude at 0 Hz, at the end of the bandwidth: -3 dB."""
@@ -27,7 +27,7 @@ EXACT = 1e-10
 
 
 def response_figures(linear: Linearization, frequencies: Sequence[float] = ()) -> dict[str, float]:
-    """Return figures of the response of each output to each input: "tool.x / motor_x.tau: peak" ...
+    """Return metrics of the response of each output to each input: "tool.x / motor_x.tau: peak" ...
 
     `peak` is the largest maximum of the magnitude, that at 0 Hz included where it is finite (infinite on an undamped
     resonance, NaN where there is none), and `peak_frequency` its place, Hz, NaN where nothing moves. `bandwidth`, Hz,
@@ -115,7 +115,7 @@ class _Magnitude:
 
 def _around_poles(linear: Linearization) -> Array:
     """Return frequencies in Hz, ascending: around all poles, and at the places where poles swing."""
-    poles, _ = damped(linear)
+    poles, _ = damped_poles(linear)
     swinging = np.concatenate([np.abs(poles[poles.imag > 0]), poles.imag[poles.imag > 0]]) / (2 * np.pi)
     grid = frequency_grid(linear)
     found: Array = np.unique(np.concatenate([grid, swinging]))

@@ -3,59 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.pictures import new_figure, save_figures
-from symoro_elastic.vibration.comparison import Compared, Comparison, Loss
-from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
-from symoro_elastic.vibration.export import labels
-from symoro_elastic.vibration.feed_forward import FeedForward
-from symoro_elastic.vibration.modes import Modes
-from symoro_elastic.vibration.responses import Response
-from symoro_elastic.vibration.tracking import Tracked
+from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
+from symoro_elastic.analysis.vibration.energies import kinetic_shares, strain_shares
+from symoro_elastic.analysis.vibration.export import labels
+from symoro_elastic.analysis.vibration.feed_forward import FeedForward
+from symoro_elastic.analysis.vibration.modes import Modes
+from symoro_elastic.analysis.vibration.responses import Response
+from symoro_elastic.analysis.vibration.tracking import Tracked
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.results import figures_of
 
 MOST_CURVES = 6
 LEAST_SHOWN, LEAST_NUMBER, DARK = 0.005, 0.05, 0.6
 """Of a heat map: a row that is shown, a number that is written, a cell on which it is white."""
 
 
-def plot_response(response: Response, folder: str | Path, form: str = "png") -> list[Path]:
-    """Write bode_<input>.<form> to a folder, one for each input; returns their paths. Raises `InputError`."""
-    pictures = {f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))}
-    return save_figures(pictures, folder, form)
+@figures_of.register
+def _(response: Response) -> dict[str, Any]:
+    """Return bode_<input> for each input."""
+    return {f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))}
 
 
-def plot_modes(modal: Modes, folder: str | Path, form: str = "png") -> list[Path]:
-    """Write shapes.<form> and energies.<form> to a folder; returns their paths. Raises `InputError`."""
-    return save_figures({"shapes": shapes(modal), "energies": energies(modal)}, folder, form)
+@figures_of.register
+def _(modal: Modes) -> dict[str, Any]:
+    """Return shapes and energies."""
+    return {"shapes": shapes(modal), "energies": energies(modal)}
 
 
-def plot_tracked(tracked: Tracked, folder: str | Path, form: str = "png") -> list[Path]:
-    """Write positions.<form> and shapes_over_positions.<form>; over two joints positions_<k>.<form>, one mode each.
-
-    Raises `InputError`.
-    """
+@figures_of.register
+def _(tracked: Tracked) -> dict[str, Any]:
+    """Return positions and shapes_over_positions; over two joints positions_<k>, one mode each."""
     vibrating = [k for k in range(tracked.frequencies.shape[1]) if tracked.frequencies[:, k].any()][:MOST_CURVES]
     if len(tracked.joints) == 1:
-        pictures = {"positions": over_one(tracked), "shapes_over_positions": shapes_over_one(tracked, vibrating)}
-        return save_figures(pictures, folder, form)
-    return save_figures({f"positions_{k + 1}": over_two(tracked, k) for k in vibrating}, folder, form)
+        return {"positions": over_one(tracked), "shapes_over_positions": shapes_over_one(tracked, vibrating)}
+    return {f"positions_{k + 1}": over_two(tracked, k) for k in vibrating}
 
 
-def plot_feed_forward(command: FeedForward, folder: str | Path, form: str = "png") -> list[Path]:
-    """Write feed_forward.<form> to a folder; returns its path. Raises `InputError`."""
-    return save_figures({"feed_forward": following(command)}, folder, form)
+@figures_of.register
+def _(command: FeedForward) -> dict[str, Any]:
+    """Return feed_forward."""
+    return {"feed_forward": following(command)}
 
 
-def plot_comparison(comparison: Comparison, folder: str | Path, form: str = "png") -> list[Path]:
-    """Write torques.<form> of motors and accelerations.<form> of springs; returns their paths. Raises `InputError`."""
+@figures_of.register
+def _(comparison: Comparison) -> dict[str, Any]:
+    """Return torques of motors and accelerations of springs."""
     by_quantity = {name: [x for x in comparison.losses if x.quantity == name] for name in Compared}
-    pictures = {f"{name}s": losses(some, comparison.course.t) for name, some in by_quantity.items() if some}
-    return save_figures(pictures, folder, form)
+    return {f"{name}s": losses(some, comparison.trajectory.t) for name, some in by_quantity.items() if some}
 
 
 def bode(response: Response, j: int) -> Any:

@@ -14,16 +14,16 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.time_series.named_columns import named_columns, read_columns
+from symoro_elastic.analysis.time_series.reading import place_of_sample
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.foundation.sizes import MOST_SAMPLES, refuse_numbers
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.packages import for_vibrations
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.numerics.motion.equations_of_motion import LARGEST_INPUT
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE
-from symoro_elastic.sizes import MOST_SAMPLES, refuse_numbers
-from symoro_elastic.time_series.columns import named_columns, read_columns
-from symoro_elastic.time_series.reading import place_of_sample
-from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT
 
 RATE = 1000.0  # samples/s
 STROKE = 0.1  # rad or m
@@ -72,8 +72,8 @@ def read_reference(
         positions = {name: rows[0] for name, rows in given.y.items()}
         return through(given.t, positions, usual if degree is None else degree, rate, given.source)
     if rate is not None:
-        what = "its derivatives are sampled already: leave --rate out, or give --degree"
-        raise InputError(given.source, "--rate", what)
+        what = "its derivatives are already sampled: leave out --sample-rate, or give --degree"
+        raise InputError(given.source, "--sample-rate", what)
     return given
 
 
@@ -131,9 +131,9 @@ def move(
     source = f"{machine.label}, move"
     _refuse_degree(degree, source)
     if not 0 < duration < np.inf:
-        raise InputError(source, "--duration", f"{duration:g} s is no time to move in: give a positive number")
+        raise InputError(source, "--duration", f"{duration:g} s is not a duration: give a positive number")
     names = [joint.name for joint in machine.motor_joints]
-    first, far = (_of_motors(x, machine, place) for x, place in ((start, "--at"), (strokes, "--stroke")))
+    first, far = (_of_motors(x, machine, place) for x, place in ((start, "--start"), (strokes, "--stroke")))
     knots = duration / degree * np.arange(-degree - 1, 2 * degree + 2)
     rising = np.repeat([0.0, 1.0], degree + 1)
     spline = for_vibrations("scipy.interpolate").BSpline
@@ -148,7 +148,7 @@ def along(curves: Mapping[str, Any], t: Array, source: str = "motion") -> Refere
     """
     what = f"{len(t)} samples of {len(curves)} motors with {HIGHEST_DERIVATIVE} derivatives"
     numbers = len(t) * len(curves) * (HIGHEST_DERIVATIVE + 1)
-    refuse_numbers(numbers, what, source, "--rate", "give a lower rate, or a shorter motion")
+    refuse_numbers(numbers, what, source, "--sample-rate", "give a lower rate, or a shorter motion")
     return ReferenceTrajectory(t, {name: _sampled(curve, t) for name, curve in curves.items()}, source)
 
 
@@ -158,7 +158,7 @@ def times(first: float, last: float, rate: float | None = None, beyond: bool = F
     count = (last - first) * rate
     if not 0 < rate < np.inf or count > MOST_SAMPLES:
         what = f"{rate:g} Hz for {last - first:g} s: give a positive rate, and at most {MOST_SAMPLES:.0g} samples"
-        raise InputError("symoro-elastic", "--rate", what)
+        raise InputError("symoro-elastic", "--sample-rate", what)
     steps = np.ceil(count * (1 - 1e-12)) if beyond else np.floor(count * (1 + 1e-12))
     samples: Array = first + np.arange(int(steps) + 1) / rate
     return samples
@@ -188,7 +188,7 @@ def _smoothness(curve: Any) -> int:
 def _refuse_degree(degree: int, source: str) -> None:
     if not 1 <= degree <= HIGHEST_DERIVATIVE + 1:
         raise InputError(
-            source, "--degree", f"{degree} is no degree of a spline here: give 1 to {HIGHEST_DERIVATIVE + 1}"
+            source, "--degree", f"{degree} is not a degree of a spline here: give 1 to {HIGHEST_DERIVATIVE + 1}"
         )
 
 
@@ -198,7 +198,7 @@ def _of_motors(given: Mapping[str, float], machine: Machine, place: str) -> dict
     known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
     for name, x in given.items():
         if name and name not in known:
-            raise InputError(machine.label, place, f"no motor {quoted(name)}{did_you_mean(name, known)}")
+            raise InputError(machine.label, place, f"no motor {quote(name)}{did_you_mean(name, known)}")
         if not abs(x) <= LARGEST_INPUT:
             raise machine.error(place, f"{x:g} is out of range: give up to {LARGEST_INPUT:g}")
     named = {known[name]: x for name, x in given.items() if name}
@@ -228,7 +228,9 @@ def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Mach
     motors = [joint.name for joint in machine.motor_joints]
     others = [f"{quantity}_{name}" for quantity, name in named if name and name not in motors]
     if others:
-        what = "motors and their springs have a trajectory, other joints none: give y_<motor>, yd_<motor> ... alone"
+        what = (
+            "only motors and their springs have a trajectory, other joints do not: give y_<motor>, yd_<motor> ... alone"
+        )
         raise InputError(source, others[0], what)
     trajectories = {}
     for name in motors:
@@ -242,7 +244,7 @@ def _by_motor(named: Mapping[tuple[str, str], Array], letter: str, machine: Mach
 
 
 def _refuse_not_finite(rows: Array, column: str, source: str) -> None:
-    """Raise `InputError` for the first sample of a motion (orders, N) that is no number."""
+    """Raise `InputError` for the first sample of a motion (orders, N) that is not a number."""
     finite = np.isfinite(rows).all(axis=0)
     if not finite.all():
         where = place_of_sample(source, int(np.argmin(finite)))
@@ -264,5 +266,5 @@ def _first_jump(t: Array, rows: Array) -> tuple[int, str]:
             jump = (
                 f"changes by {changed[at]:.3g} at {t[at]:.4g} s, the integral of the next one by {integrated[at]:.3g}"
             )
-            return k, f"derivative {k} {jump}: it jumps, or units differ, or samples are too far apart"
+            return k, f"derivative {k} {jump}: it jumps, units differ, or samples are too far apart"
     return len(rows) - 1, ""

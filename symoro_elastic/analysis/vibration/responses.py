@@ -7,18 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array, BoolArray, ComplexArray
-from symoro_elastic.errors import InputError
-from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.sizes import refuse_numbers
-from symoro_elastic.vibration.linearization import Linearization
-from symoro_elastic.vibration.modes import damped, modes
-from symoro_elastic.vibration.signals import input_unit, output_unit
-from symoro_elastic.vibration.zeros import PolesAndZeros
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.modes import damped_poles, modes
+from symoro_elastic.analysis.vibration.zeros import PolesAndZeros
+from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.sizes import refuse_numbers
+from symoro_elastic.numerics.motion.signals import input_unit, output_unit
 
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
@@ -57,42 +56,11 @@ class Response(Result):
         band = f"{len(self.frequencies)} frequencies from {self.frequencies[0]:.4g} to {self.frequencies[-1]:.4g} Hz"
         return f"Response of {', '.join(self.outputs)} to {', '.join(self.inputs)}: {band}"
 
-    def parts(self) -> list[Part]:
-        """Return the table of poles and zeros, and notes."""
-        from symoro_elastic.vibration.tables import response_table
-
-        low, high = self.frequencies[0], self.frequencies[-1]
-        band = f"{len(self.frequencies)} frequencies, {low:.4g} to {high:.4g} Hz"
-        return [Titled(response_table(self.transfers), self.machine), band, *self.all_notes]
-
     @property
     def all_notes(self) -> list[str]:
-        """Notes about frequencies, and about poles and zeros."""
-        from symoro_elastic.vibration.tables import response_notes
-
-        return [*self.notes, *response_notes(self.transfers)]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return poles, zeros and the band as plain data; the values are `arrays`."""
-        from symoro_elastic.vibration.tables import response_json
-
-        low, high = float(self.frequencies[0]), float(self.frequencies[-1])
-        band = {"points": len(self.frequencies), "low": low, "high": high, "notes": self.all_notes}
-        return {"transfers": response_json(self.transfers), **band}
-
-    def arrays(self) -> dict[str, AnyArray]:
-        """Return frequencies, G (frequencies, outputs, inputs), and the names of inputs and outputs."""
-        names: dict[str, Any] = {"inputs": list(self.inputs), "outputs": list(self.outputs)}
-        return {"frequencies": self.frequencies, "G": self.values, **names}
-
-    def columns(self) -> dict[str, AnyArray]:
-        """Return a row for each frequency: Hz, and the complex response of each pair."""
-        pairs = {
-            f"{output} / {name}": self.values[:, i, j]
-            for i, output in enumerate(self.outputs)
-            for j, name in enumerate(self.inputs)
-        }
-        return {"frequency": self.frequencies, **pairs}
+        """Notes about frequencies, and about transfer functions that are zero."""
+        idle = [f"no response: {each.input} has no effect on {each.output}" for each in self.transfers if each.is_zero]
+        return [*self.notes, *idle]
 
 
 def quotient_unit(above: str, below: str) -> str:
@@ -107,7 +75,7 @@ def frequency_grid(
 
     By default from a tenth of the lowest oscillating pole to twice the highest. Raises `InputError`.
     """
-    poles, _ = damped(linear)
+    poles, _ = damped_poles(linear)
     shaking = np.abs(poles[poles.imag > 0]) / (2 * np.pi)
     low = (float(shaking.min()) / 10 if len(shaking) else 1.0) if low is None else low
     high = (2 * float(shaking.max()) if len(shaking) else 1000.0) if high is None else high
@@ -120,7 +88,7 @@ def refuse_band(low: float, high: float, points: int, source: str) -> None:
     """Raise `InputError` for frequencies, Hz, that are in no order or out of range, and for too many points."""
     if not (LOWEST <= low < high <= HIGHEST and 1 < points <= MOST_POINTS):
         what = f"from {low:g} to {high:g} Hz in {points} points: give {LOWEST:g} <= LOW < HIGH <= {HIGHEST:g}"
-        raise InputError(source, "--frequencies", f"{what} and 2 to {MOST_POINTS} points")
+        raise InputError(source, "--band", f"{what} and 2 to {MOST_POINTS} points")
 
 
 def refuse_missing_signals(linear: Linearization) -> None:
@@ -128,7 +96,7 @@ def refuse_missing_signals(linear: Linearization) -> None:
     for option, names, such in (("--input", linear.inputs, "fx"), ("--output", linear.outputs, "x")):
         if not names:
             frame = linear.motion.machine.joints[-1].name
-            what = f"no motor is there, or all are held: name one, such as {frame}.{such}"
+            what = f"there is no motor, or all are held: name an input, such as {frame}.{such}"
             raise InputError(linear.motion.source, option, what)
 
 
@@ -139,7 +107,7 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     """
     frequencies = np.asarray(frequencies, dtype=float)
     if frequencies.ndim != 1 or not len(frequencies) or not (np.isfinite(frequencies) & (frequencies >= 0)).all():
-        raise InputError(linear.motion.source, "--frequencies", "frequencies are numbers of Hz from 0 upwards")
+        raise InputError(linear.motion.source, "--frequency", "frequencies are numbers of Hz from 0 upwards")
     _refuse_large(linear, len(frequencies))
     infinite, notes = _resonances(linear, frequencies)
     values = np.full((len(frequencies), len(linear.outputs), len(linear.inputs)), np.nan, dtype=complex)
@@ -168,12 +136,12 @@ def _refuse_large(linear: Linearization, count: int) -> None:
     inputs, outputs = len(linear.inputs), len(linear.outputs)
     what = f"{count} frequencies of {inputs} inputs and {outputs} outputs"
     way_out = "give fewer, or choose by --input and --output"
-    refuse_numbers(2 * count * inputs * outputs, what, linear.motion.source, "--frequencies", way_out)
+    refuse_numbers(2 * count * inputs * outputs, what, linear.motion.source, "--band", way_out)
 
 
 def _resonances(linear: Linearization, frequencies: Array) -> tuple[BoolArray, list[str]]:
     """Return a mask of the frequencies that are undamped poles, and notes about them."""
-    poles, _ = damped(linear)
+    poles, _ = damped_poles(linear)
     undamped = np.abs(poles.imag[np.abs(poles.real) <= ON_RESONANCE * np.abs(poles)]) / (2 * np.pi)
     exact = [*undamped, *(modes(linear).frequencies if linear.is_symmetric and not linear.D.any() else ())]
     infinite, notes = np.zeros(len(frequencies), dtype=bool), []
@@ -188,7 +156,7 @@ def _resonances(linear: Linearization, frequencies: Array) -> tuple[BoolArray, l
 def with_modal_damping(linear: Linearization, ratio: float) -> Linearization:
     """Return D + M Phi diag(2 ratio omega) Phi^T M, a damping ratio in every mode. Raises `InputError`."""
     if not 0 <= ratio < np.inf:
-        raise InputError(linear.motion.source, "--damping", f"{ratio:g} is no damping ratio: 0.01 is one per cent")
+        raise InputError(linear.motion.source, "--damping", f"{ratio:g} is not a damping ratio: 0.01 is one per cent")
     if not ratio:
         return linear
     modal = modes(linear)

@@ -11,23 +11,23 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.array_types import AnyArray, Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.packages import for_vibrations
-from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.sizes import refuse_numbers
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.linearization import linearize, with_motors
-from symoro_elastic.vibration.modes import Modes, clusters, modes, refuse_rigid
+from symoro_elastic.analysis.vibration.linearization import linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import Modes, clusters, modes, refuse_rigid
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.sizes import refuse_numbers
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
 DOUBTFUL_MAC = 0.5
+ALONG = "--along"
 MOST_POSITIONS = 10_000
 MATRICES = 8  # of the order of the joints, at each position
 Grid = Mapping[str, Sequence[float]]
@@ -69,30 +69,6 @@ class Tracked(Result):
         name = self.modes[0].linear.motion.machine.name
         return f"Modes of {name} at {len(self.modes)} positions of {', '.join(self.joints)}"
 
-    def parts(self) -> list[Part]:
-        """Return the table of frequencies, and where they are lowest and highest."""
-        from symoro_elastic.vibration.tables import tracked_conclusion, tracked_table
-
-        name = self.modes[0].linear.motion.machine.name
-        return [Titled(tracked_table(self), f"{name}: frequencies, Hz"), tracked_conclusion(self)]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return positions and frequencies as plain data."""
-        from symoro_elastic.vibration.tables import tracked_json
-
-        return tracked_json(self)
-
-    def arrays(self) -> dict[str, AnyArray]:
-        """Return positions, frequencies, growth, shapes by name."""
-        from symoro_elastic.vibration.export import tracked_arrays
-
-        return tracked_arrays(self)
-
-    def columns(self) -> dict[str, AnyArray]:
-        """Return a row for each position: the joints, and the frequency of each mode, Hz."""
-        places = dict(zip(self.joints, self.positions.T, strict=True))
-        return {**places, **{f"mode {k + 1}": f for k, f in enumerate(self.frequencies.T)}}
-
 
 def over_grid(
     motion: EquationsOfMotion,
@@ -113,10 +89,10 @@ def over_grid(
     refuse_grid(lengths, motion.source)
     what = f"{math.prod(lengths)} positions of {len(motion.joints)} joints"
     numbers = MATRICES * math.prod(lengths) * len(motion.joints) ** 2
-    refuse_numbers(numbers, what, motion.source, "--over", "give fewer positions")
+    refuse_numbers(numbers, what, motion.source, ALONG, "give fewer positions")
     refuse_unheld(motion, joints, torques or {})
-    if len({motion.index(name, "--over") for name in joints}) < len(joints):
-        raise InputError(motion.source, "--over", f"{' and '.join(joints)} are not joints of their own: name each once")
+    if len({motion.index(name, ALONG) for name in joints}) < len(joints):
+        raise InputError(motion.source, ALONG, f"{' and '.join(joints)} are the same joint: name each once")
     positions = np.array(list(product(*grid.values())), dtype=float)
     before = [_previous(index, lengths) for index in np.ndindex(*lengths)]
     tracked: list[Modes] = []
@@ -135,12 +111,14 @@ def over_grid(
     return Tracked(joints, lengths, positions, tuple(tracked), np.array(alike), tuple(before))
 
 
-def refuse_unheld(motion: EquationsOfMotion, joints: Sequence[str], torques: Mapping[str, float]) -> None:
+def refuse_unheld(
+    motion: EquationsOfMotion, joints: Sequence[str], torques: Mapping[str, float], option: str = ALONG
+) -> None:
     """Raise `InputError` for a joint that an equilibrium does not leave where it is put."""
     for name in joints:
-        if motion.index(name, "--over") not in motion.motors or name in torques:
-            what = f"{name} is not held, so the equilibrium decides where it is: go over motors"
-            raise InputError(motion.source, "--over", what)
+        if motion.index(name, option) not in motion.motors or name in torques:
+            what = f"{name} is not held, so its position is that of the equilibrium: give motors instead"
+            raise InputError(motion.source, option, what)
 
 
 def refuse_grid(lengths: Sequence[int], source: str) -> None:
@@ -148,7 +126,7 @@ def refuse_grid(lengths: Sequence[int], source: str) -> None:
     count = math.prod(lengths) if lengths else 0
     if not 0 < count <= MOST_POSITIONS:
         what = f"{count} positions: name joints, and at most {MOST_POSITIONS} positions"
-        raise InputError(source, "--over", what)
+        raise InputError(source, ALONG, what)
 
 
 @contextmanager

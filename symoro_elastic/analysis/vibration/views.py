@@ -1,26 +1,45 @@
-"""Results of vibration analyses as tables, as data for JSON, and as one sentence."""
+"""Results of vibration analyses as tables, as data for JSON, as arrays, and as one sentence."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import takewhile
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.time_series import writing
+from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
+from symoro_elastic.analysis.vibration.energies import (
+    GRAVITY_AND_LOADS,
+    Shares,
+    frame_shapes,
+    kinetic_shares,
+    strain_shares,
+)
+from symoro_elastic.analysis.vibration.feed_forward import FeedForward, notes
+from symoro_elastic.analysis.vibration.left_out import LeftOut
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.modes import Modes, Sensitivity, damped_poles
+from symoro_elastic.analysis.vibration.responses import Response
+from symoro_elastic.analysis.vibration.tracking import Tracked
+from symoro_elastic.analysis.vibration.zeros import PolesAndZeros
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.results import (
+    Field,
+    Part,
+    Table,
+    arrays_of,
+    columns_of,
+    declare,
+    json_of,
+    parts_of,
+    plain,
+    table_of,
+)
 from symoro_elastic.machine.free_base import COORDINATES
-from symoro_elastic.vibration.comparison import Compared, Comparison, Loss
-from symoro_elastic.vibration.energies import GRAVITY_AND_LOADS, Shares, frame_shapes, kinetic_shares, strain_shares
-from symoro_elastic.vibration.export import arrays_of
-from symoro_elastic.vibration.feed_forward import FeedForward, figures
-from symoro_elastic.vibration.hover import thrusts_of
-from symoro_elastic.vibration.linearization import Linearization
-from symoro_elastic.vibration.modes import Modes, damped
-from symoro_elastic.vibration.sensitivity import Sensitivity
-from symoro_elastic.vibration.tracking import Tracked
-from symoro_elastic.vibration.zeros import PolesAndZeros
+from symoro_elastic.numerics.motion.hover import thrusts_of
 
 LEAST_SHARE = 0.1
 MOST_LISTED = 3
@@ -28,6 +47,29 @@ ROUNDING = 1e-12
 """Of the numbers from which another is computed; what is smaller is printed as zero."""
 LEAST_LOSS = 1e-12
 """Of a quantity of the full model, for a difference to be more than rounding."""
+
+declare(
+    Linearization,
+    Field("mass", "M", array=True),
+    Field("damping", "D", array=True),
+    Field("stiffness", "K", array=True),
+    *(Field(name, array=True) for name in ("F", "Cq", "Cv", "Ca")),
+    *(Field(name, f"space.{name}", array=True) for name in ("A", "B", "C", "D", "states", "inputs", "outputs")),
+    Field("notes", array=True),
+    Field("joints", lambda linear: list(linear.motion.names), array=True),
+    *(Field(name, f"state.{name}", array=True) for name in ("q", "qd", "qdd", "tau")),
+    Field("poles", lambda linear: damped_poles(linear)[0]),
+)
+
+
+@parts_of.register
+def _(linear: Linearization) -> Sequence[Part]:
+    """Return lines with the state, the names of coordinates and signals, and whether a pole is unstable."""
+    growth = damped_poles(linear)[0].real.max(initial=0.0)
+    signals = (", ".join(names) or "none" for names in (linear.inputs, linear.outputs))
+    stable = f"fastest growth {growth:.3g} 1/s: unstable" if growth > 0 else "no pole is unstable"
+    named = [f"coordinates: {', '.join(linear.coordinates)}", "inputs: {}; outputs: {}".format(*signals)]
+    return [*state_lines(linear), *named, *linear.notes, stable]
 
 
 def state_json(linear: Linearization) -> dict[str, Any]:
@@ -74,33 +116,23 @@ def _cleared(x: float, scale: float) -> float:
     return float(x) if abs(x) > ROUNDING * scale else 0.0
 
 
-def linearization_json(linear: Linearization) -> dict[str, Any]:
-    """Return matrices as rows, names, state; poles in rad/s as [real, imaginary]."""
-    arrays = {name: x.tolist() if isinstance(x, np.ndarray) else x for name, x in arrays_of(linear).items()}
-    return {**arrays, "poles": [[pole.real, pole.imag] for pole in damped(linear)[0].tolist()]}
+@parts_of.register
+def _(modal: Modes) -> Sequence[Part]:
+    """Return the state, the table of modes, and the spring that limits the first."""
+    return [*state_lines(modal.linear), *modal.linear.doubts, modes_table(modal), modes_conclusion(modal)]
 
 
-def linearization_lines(linear: Linearization) -> list[str]:
-    """Return lines with the state, the names of coordinates and signals, and whether a pole is unstable."""
-    growth = damped(linear)[0].real.max(initial=0.0)
-    signals = (", ".join(names) or "none" for names in (linear.inputs, linear.outputs))
-    stable = f"fastest growth {growth:.3g} 1/s: unstable" if growth > 0 else "no pole is unstable"
-    named = [f"coordinates: {', '.join(linear.coordinates)}", "inputs: {}; outputs: {}".format(*signals)]
-    return [*state_lines(linear), *named, *linear.notes, stable]
-
-
-def modes_table(modal: Modes, slopes: Sensitivity) -> Any:
+def modes_table(modal: Modes) -> Table:
     """Return a row for each mode: Hz, damping, strain energy by spring, kinetic energy by body, sensitivity."""
-    from rich.table import Table
-
     strain, kinetic = strain_shares(modal), kinetic_shares(modal)
-    table = Table("mode", "Hz", "damping", "strain energy in", "kinetic energy in", "% of Hz by % of")
+    heads = ("mode", "Hz", "damping", "strain energy in", "kinetic energy in", "% of Hz by % of")
+    table = Table(heads, title=modal.linear.motion.machine.name)
     for k, f in enumerate(modal.frequencies):
         ratio = modal.damping_ratios[k]
         table.add_row(
             str(k + 1), _hertz(f, modal.growth[k], 6),
             "-" if math.isnan(ratio) else f"{100 * _cleared(ratio, 1.0):.3g} %",
-            _most(strain, k), _most(kinetic, k), _by(slopes, k),
+            _most(strain, k), _most(kinetic, k), _by(modal.sensitivity, k),
         )  # fmt: skip
     return table
 
@@ -126,45 +158,21 @@ def _most(shares: Shares, mode: int) -> str:
     return ", ".join(f"{shares.names[k]} {shares.shares[k, mode]:.0%}" for k in named) or "-"
 
 
-def modes_json(modal: Modes, slopes: Sensitivity) -> dict[str, Any]:
-    """Return all figures of modes by name; NaN as null. Sensitivities are df/dp, Hz by the unit of the parameter.
-
-    `repeated` are the modes, counted from 1, of each frequency that comes more than once.
-    """
-    strain, kinetic = strain_shares(modal), kinetic_shares(modal)
-    frames = [joint.name for joint in modal.linear.motion.machine.joints]
-    seen = np.moveaxis(frame_shapes(modal), 2, 0)
-    return {
-        "frequencies": modal.frequencies.tolist(),
-        "growth": modal.growth.tolist(),
-        "damping_ratios": [None if math.isnan(x) else x for x in modal.damping_ratios.tolist()],
-        "poles": [[pole.real, pole.imag] for pole in modal.poles.tolist()],
-        "shapes": dict(zip(modal.linear.coordinates, modal.shapes.tolist(), strict=True)),
-        "frame_shapes": {name: seen[:, k].tolist() for k, name in enumerate(frames)},
-        "strain_energy": dict(zip(strain.names, strain.shares.tolist(), strict=True)),
-        "kinetic_energy": dict(zip(kinetic.names, kinetic.shares.tolist(), strict=True)),
-        "sensitivity": dict(zip(slopes.parameters, slopes.slopes.tolist(), strict=True)),
-        "repeated": [[k + 1 for k in modes] for modes in slopes.repeated],
-        "state": state_json(modal.linear),
-        "conclusion": modes_conclusion(modal, slopes),
-    }
-
-
-def modes_conclusion(modal: Modes, slopes: Sensitivity) -> str:
+def modes_conclusion(modal: Modes) -> str:
     """Return the spring that limits the first frequency, and the gain of a stiffer one.
 
     Where gravity is what brings the machine back, as a pendulum, the first frequency that a spring limits, too.
     """
     vibrating = np.flatnonzero(modal.frequencies > 0)
-    unstable = [f"mode {k + 1} is no vibration: it grows" for k in np.flatnonzero(modal.growth)]
+    unstable = [f"mode {k + 1} is not a vibration: it grows" for k in np.flatnonzero(modal.growth)]
     if not len(vibrating):
         return "; ".join(["nothing vibrates here: no mode has a frequency above 0 Hz", *unstable])
     by_frequency = sorted(map(int, vibrating), key=lambda k: float(modal.frequencies[k]))
-    strain = strain_shares(modal)
+    strain, slopes = strain_shares(modal), modal.sensitivity
     swings = list(takewhile(lambda k: strain.largest(k)[0] == GRAVITY_AND_LOADS, by_frequency))
-    parts = _limit(modal, slopes, by_frequency[0], "the first vibration")
+    parts = _limit(modal, by_frequency[0], "the first vibration")
     if swings and len(swings) < len(by_frequency):
-        parts += _limit(modal, slopes, by_frequency[len(swings)], "the first that springs limit")
+        parts += _limit(modal, by_frequency[len(swings)], "the first that springs limit")
     parts += [_FREE] * bool(swings and modal.linear.motion.motors and not modal.linear.held)
     return "; ".join([*parts, *unstable, *map(_repeated, slopes.repeated)])
 
@@ -172,9 +180,10 @@ def modes_conclusion(modal: Modes, slopes: Sensitivity) -> str:
 _FREE = "motors are free here: --hold all holds them"
 
 
-def _limit(modal: Modes, slopes: Sensitivity, first: int, which: str) -> list[str]:
+def _limit(modal: Modes, first: int, which: str) -> list[str]:
     """Return the springs that limit a frequency, and the gain of a stiffer one."""
-    strain, sharing = strain_shares(modal), list(slopes.sharing(first))
+    strain, slopes = strain_shares(modal), modal.sensitivity
+    sharing = list(slopes.sharing(first))
     whole = Shares(strain.names, strain.shares[:, sharing].mean(axis=1, keepdims=True))
     said = f"{which}, {modal.frequencies[first]:.4g} Hz, is limited by"
     if len(sharing) > 1:
@@ -187,34 +196,59 @@ def _limit(modal: Modes, slopes: Sensitivity, first: int, which: str) -> list[st
 
 def _repeated(modes: Sequence[int]) -> str:
     return (
-        f"modes {modes[0] + 1} to {modes[-1] + 1} are one frequency: their shapes may be mixed at will, and a"
-        " parameter splits it, from the least to the largest of its slopes"
+        f"modes {modes[0] + 1} to {modes[-1] + 1} share one frequency: their shapes may be combined freely, and a"
+        " parameter splits it, from its smallest to its largest slope"
     )
 
 
-def tracked_table(tracked: Tracked) -> Any:
-    """Return a row for each position, a column for each mode that vibrates or grows anywhere."""
-    from rich.table import Table
+def _frames(modal: Modes) -> list[str]:
+    return [joint.name for joint in modal.linear.motion.machine.joints]
 
+
+def _rows(names: Iterable[Any], rows: Iterable[Any]) -> dict[Any, Any]:
+    return dict(zip(names, rows, strict=True))
+
+
+declare(
+    Modes,
+    Field("frequencies", array=True, column="frequency"),
+    Field("eigenvalues", array=True, json=False),
+    Field("damping_ratios", array=True, column="damping_ratio"),
+    Field("poles", array=True),
+    Field("shapes", array=True, json=False),
+    Field("coordinates", "linear.coordinates", array=True, json=False),
+    Field("frame_shapes", frame_shapes, array=True, json=False),
+    Field("frames", _frames, array=True, json=False),
+    Field("sensitivity", "sensitivity.slopes", array=True, json=False),
+    Field("parameters", "sensitivity.parameters", array=True, json=False),
+    Field("growth", column="growth"),
+    Field("shapes", lambda modal: _rows(modal.linear.coordinates, modal.shapes)),
+    Field("frame_shapes", lambda modal: _rows(_frames(modal), frame_shapes(modal).transpose(0, 2, 1))),
+    Field("strain_energy", lambda modal: strain_shares(modal).by_name, column="strain in {}"),
+    Field("kinetic_energy", lambda modal: kinetic_shares(modal).by_name),
+    Field("sensitivity", lambda modal: _rows(modal.sensitivity.parameters, modal.sensitivity.slopes)),
+    Field("repeated", lambda modal: [[k + 1 for k in modes] for modes in modal.sensitivity.repeated]),
+    Field("state", lambda modal: state_json(modal.linear)),
+    Field("conclusion", modes_conclusion),
+)
+
+
+@parts_of.register
+def _(tracked: Tracked) -> Sequence[Part]:
+    """Return the table of frequencies, and where they are lowest and highest."""
+    return [tracked_table(tracked), tracked_conclusion(tracked)]
+
+
+def tracked_table(tracked: Tracked) -> Table:
+    """Return a row for each position, a column for each mode that vibrates or grows anywhere."""
     f, growth = tracked.frequencies, tracked.growth
     shown = np.flatnonzero(f.any(axis=0) | growth.any(axis=0))
-    table = Table(*tracked.joints, *(f"mode {k + 1}" for k in shown), "least MAC")
+    title = f"{tracked.modes[0].linear.motion.machine.name}: frequencies, Hz"
+    table = Table((*tracked.joints, *(f"mode {k + 1}" for k in shown), "least MAC"), title=title)
     for point, (place, mac) in enumerate(zip(tracked.positions, tracked.mac, strict=True)):
         hertz = (_hertz(f[point, k], growth[point, k], 5) for k in shown)
         table.add_row(*(f"{x:.4g}" for x in place), *hertz, f"{mac.min():.3f}")
     return table
-
-
-def tracked_json(tracked: Tracked) -> dict[str, Any]:
-    """Return positions, frequencies, growth (points x modes) and MAC of each pair."""
-    return {
-        "joints": list(tracked.joints),
-        "positions": tracked.positions.tolist(),
-        "frequencies": tracked.frequencies.tolist(),
-        "growth": tracked.growth.tolist(),
-        "mac": tracked.mac.tolist(),
-        "conclusion": tracked_conclusion(tracked),
-    }
 
 
 def tracked_conclusion(tracked: Tracked) -> str:
@@ -237,104 +271,89 @@ def tracked_conclusion(tracked: Tracked) -> str:
 
 def _positions(growth: Array) -> str:
     count = int(np.count_nonzero(growth))
-    return f"{count} of {len(growth)} positions, so it is no vibration there"
+    return f"{count} of {len(growth)} positions, so it is not a vibration there"
 
 
-def response_table(transfers: Sequence[PolesAndZeros]) -> Any:
-    """Return a row for each transfer function: resonances and antiresonances, Hz."""
-    from rich.table import Table
-
-    table = Table("from", "to", "resonances, Hz", "antiresonances, Hz")
-    for each in transfers:
-        lists = [", ".join(f"{f:.5g}" for f in fs) or "-" for fs in (each.resonances, each.antiresonances)]
-        table.add_row(each.input, each.output, *(("no response", "-") if each.is_zero else lists))
-    return table
-
-
-def response_notes(transfers: Sequence[PolesAndZeros]) -> list[str]:
-    """Return lines about transfer functions that are zero."""
-    return [f"no response: {each.input} does not move {each.output}" for each in transfers if each.is_zero]
+declare(
+    Tracked,
+    *(Field(name, array=True) for name in ("joints", "positions", "frequencies", "growth", "mac")),
+    Field("shapes", lambda tracked: np.array([each.shapes for each in tracked.modes]), array=True, json=False),
+    Field("coordinates", lambda tracked: tracked.modes[0].linear.coordinates, array=True, json=False),
+    Field("conclusion", tracked_conclusion),
+    Field("joint", lambda tracked: _rows(tracked.joints, tracked.positions.T), json=False, column="{}"),
+    Field("mode", lambda tracked: dict(enumerate(tracked.frequencies.T, start=1)), json=False, column="mode {}"),
+)
 
 
-def response_json(transfers: Sequence[PolesAndZeros]) -> list[dict[str, Any]]:
-    """Return poles and zeros in rad/s as [real, imaginary], resonances and antiresonances in Hz."""
-    return [
-        {
-            "input": each.input,
-            "output": each.output,
-            "no_response": each.is_zero,
-            "poles": [[s.real, s.imag] for s in each.poles.tolist()],
-            "zeros": [[s.real, s.imag] for s in each.zeros.tolist()],
-            "resonances": each.resonances.tolist(),
-            "antiresonances": each.antiresonances.tolist(),
-        }
-        for each in transfers
-    ]
+def _listed(transfer: PolesAndZeros, frequencies: Array, none: str) -> str:
+    return none if transfer.is_zero else ", ".join(f"{f:.5g}" for f in frequencies) or "-"
 
 
-def frequencies_table(comparison: Comparison) -> Any:
+def _pairs(response: Response) -> dict[str, Any]:
+    """Return the complex response of each pair."""
+    each = ((i, j) for i in range(len(response.outputs)) for j in range(len(response.inputs)))
+    return {f"{response.outputs[i]} / {response.inputs[j]}": response.values[:, i, j] for i, j in each}
+
+
+declare(
+    PolesAndZeros,
+    Field("input", head="from"),
+    Field("output", head="to"),
+    Field("no_response", "is_zero"),
+    *map(Field, ("poles", "zeros")),
+    Field("resonances", "", "resonances", "Hz", text=lambda x: _listed(x, x.resonances, "no response")),
+    Field("antiresonances", "", "antiresonances", "Hz", text=lambda x: _listed(x, x.antiresonances, "-")),
+)
+declare(
+    Response,
+    Field("transfers"),
+    Field("points", lambda response: len(response.frequencies)),
+    Field("low", lambda response: response.frequencies[0]),
+    Field("high", lambda response: response.frequencies[-1]),
+    Field("notes", "all_notes"),
+    Field("frequencies", array=True, json=False, column="frequency"),
+    Field("G", "values", array=True, json=False),
+    *(Field(name, array=True, json=False) for name in ("inputs", "outputs")),
+    Field("pairs", _pairs, json=False, column="{}"),
+)
+
+
+@parts_of.register
+def _(response: Response) -> Sequence[Part]:
+    """Return the table of poles and zeros, the band, and notes."""
+    low, high = response.frequencies[0], response.frequencies[-1]
+    band = f"{len(response.frequencies)} frequencies, {low:.4g} to {high:.4g} Hz"
+    return [table_of(PolesAndZeros, response.transfers, response.machine), band, *response.all_notes]
+
+
+@parts_of.register
+def _(comparison: Comparison) -> Sequence[Part]:
+    """Return frequencies and losses of the simpler models, and a conclusion."""
+    tables = [frequencies_table(comparison), losses_table(comparison)]
+    return [*tables, *comparison.notes, comparison_conclusion(comparison)]
+
+
+def frequencies_table(comparison: Comparison) -> Table:
     """Return frequencies of the full and the reduced model side by side."""
-    from rich.table import Table
-
-    table = Table("mode", "full, Hz", "reduced, Hz", "reduced / full")
+    title = f"{comparison.full.linear.motion.machine.name}: motors {'held' if comparison.held else 'free'}"
+    table = Table(("mode", "full, Hz", "reduced, Hz", "reduced / full"), title=title)
     for k, (f, g) in enumerate(zip(comparison.full.frequencies, comparison.reduced.frequencies, strict=True)):
         shown = (_hertz(each.frequencies[k], each.growth[k], 6) for each in (comparison.full, comparison.reduced))
         table.add_row(str(k + 1), *shown, f"{g / f - 1:+.2%}" if f else "-")
     return table
 
 
-def losses_table(comparison: Comparison) -> Any:
+def losses_table(comparison: Comparison) -> Table:
     """Return the errors of each approximation that is one, root mean square and largest."""
-    from rich.table import Table
-
     names = [*([] if comparison.alike else ["reduced"]), *([] if comparison.is_rigid else ["rigid"])]
-    table = Table("joint", "quantity", "full, rms / largest", *(f"{name} misses" for name in names))
+    heads = ("joint", "quantity", "full, rms / largest", *(f"{name} misses" for name in names))
+    table = Table(heads, title=comparison.trajectory.source)
     for loss in comparison.losses:
         missed: list[tuple[float, float]] = [getattr(loss, name) for name in names]
         shown = [size if _matters(size, loss) else (0.0, 0.0) for size in missed]
         sizes = (f"{rms:.3g} / {most:.3g}" for rms, most in (loss.full, *shown))
         table.add_row(loss.joint, f"{loss.quantity}, {loss.unit}", *sizes)
     return table
-
-
-def feed_forward_table(command: FeedForward) -> Any:
-    """Return a row for each motor: derivatives needed and given, torque, velocity, lead.
-
-    Where motors follow from loops, the derivatives are those of the joints that are to follow, in rows before.
-    """
-    from rich.table import Table
-
-    said = figures(command)
-    first = "joint, motor" if "joints" in said else "motor"
-    table = Table(first, "derivatives needed / given", "torque, largest / rms", "velocity", "ahead by")
-    for name, joint in said.get("joints", {}).items():
-        table.add_row(name, f"{joint['order']} / {joint['given']}", "-", "-", "-")
-    for joint in command.machine.motor_joints:
-        motor, unit, force = said["motors"][joint.name], joint.unit, joint.force_unit
-        table.add_row(
-            joint.name, f"{motor['order']} / {motor['given']}" if "order" in motor else "-",
-            f"{motor['torque']:.4g} / {motor['torque_rms']:.4g} {force}",
-            f"{motor['velocity']:.4g} {unit}/s", f"{motor['lead']:.4g} {unit}" if "lead" in motor else "-",
-        )  # fmt: skip
-    return table
-
-
-def comparison_json(comparison: Comparison) -> dict[str, Any]:
-    """Return frequencies, Hz, and growth, 1/s, of the three models, losses as [rms, largest]."""
-    return {
-        "frequencies": {name: each.frequencies.tolist() if each else [] for name, each in _models(comparison).items()},
-        "growth": {name: each.growth.tolist() if each else [] for name, each in _models(comparison).items()},
-        "motion": comparison.course.source,
-        "losses": [
-            {
-                "joint": loss.joint, "quantity": loss.quantity, "unit": loss.unit,
-                "full": list(loss.full), "reduced": list(loss.reduced), "rigid": list(loss.rigid),
-            }
-            for loss in comparison.losses
-        ],
-        "notes": list(comparison.notes),
-        "conclusion": comparison_conclusion(comparison),
-    }  # fmt: skip
 
 
 def _models(comparison: Comparison) -> dict[str, Modes | None]:
@@ -373,3 +392,87 @@ def _matters(size: tuple[float, float], loss: Loss) -> bool:
 
 def _missed(size: tuple[float, float], loss: Loss) -> str:
     return f"up to {size[0] / loss.full[0]:.2g}" if _matters(size, loss) else "nothing"
+
+
+declare(Loss, *map(Field, ("joint", "quantity", "unit", "full", "reduced", "rigid")))
+declare(
+    Comparison,
+    Field("frequencies", lambda x: {name: each.frequencies if each else () for name, each in _models(x).items()}),
+    Field("growth", lambda x: {name: each.growth if each else () for name, each in _models(x).items()}),
+    Field("motion", "trajectory.source"),
+    Field("losses"),
+    Field("notes"),
+    Field("conclusion", comparison_conclusion),
+)
+
+
+@parts_of.register
+def _(command: FeedForward) -> Sequence[Part]:
+    """Return the table of motors, the samples, and notes."""
+    samples = f"{command.t[-1] - command.t[0]:.6g} s, {len(command.t)} samples"
+    return [feed_forward_table(command), samples, *notes(command)]
+
+
+def feed_forward_table(command: FeedForward) -> Table:
+    """Return a row for each motor: derivatives needed and given, torque, velocity, lead.
+
+    Where motors follow from loops, the derivatives are those of the joints that are to follow, in rows before.
+    """
+    said = command.as_json()
+    first = "joint, motor" if "joints" in said else "motor"
+    heads = (first, "derivatives needed / given", "torque, largest / rms", "velocity", "ahead by")
+    table = Table(heads, title=f"{command.machine.name}: {said['motion']}")
+    for name, joint in said.get("joints", {}).items():
+        table.add_row(name, f"{joint['order']} / {joint['given']}", "-", "-", "-")
+    for joint in command.machine.motor_joints:
+        motor, unit, force = said["motors"][joint.name], joint.unit, joint.force_unit
+        table.add_row(
+            joint.name, f"{motor['order']} / {motor['given']}" if "order" in motor else "-",
+            f"{motor['torque']:.4g} / {motor['torque_rms']:.4g} {force}",
+            f"{motor['velocity']:.4g} {unit}/s", f"{motor['lead']:.4g} {unit}" if "lead" in motor else "-",
+        )  # fmt: skip
+    return table
+
+
+declare(LeftOut, Field("deflections"), Field("frequency"))
+
+
+@json_of.register
+def _(command: FeedForward) -> dict[str, Any]:
+    """Return by motor: order needed and given, largest and rms torque, velocity, lead of the motor; notes."""
+    wanted = [joint.name for joint in command.wanted]
+    motors: dict[str, dict[str, float]] = {}
+    for m, name in enumerate(command.motors):
+        tau = command.tau[:, m]
+        own = command.following is None
+        motors[name] = {
+            **(_derivatives(command, name) if own else {}),
+            "torque": float(np.abs(tau).max()),
+            "torque_rms": float(np.sqrt(np.mean(tau**2))),
+            "velocity": float(np.abs(command.velocities[:, m]).max()),
+            **({"lead": float(np.abs(command.lead[:, m]).max())} if own else {}),
+        }
+    joints = {name: _derivatives(command, name) for name in wanted} if command.following else {}
+    return {
+        "motion": command.reference.source, "duration": float(command.t[-1] - command.t[0]), "samples": len(command.t),
+        "motors": motors, **({"joints": joints} if joints else {}),
+        "left_out": plain(command.left_out), "notes": notes(command),
+    }  # fmt: skip
+
+
+def _derivatives(command: FeedForward, name: str) -> dict[str, float]:
+    """Return how many derivatives of the prescribed motion of a joint are needed and given."""
+    return {"order": command.orders[name], "given": command.reference.order(name)}
+
+
+@arrays_of.register
+@columns_of.register
+def _(command: FeedForward) -> dict[str, Array]:
+    """Return t, q_<joint>, qd_<joint>, tau_<motor>, a row a sample."""
+    joints = [joint.name for joint in command.machine.independent_joints]
+    blocks = [("q", command.q, joints), ("qd", command.qd, joints), ("tau", command.tau, command.motors)]
+    if command.following:
+        own = [name not in joints for name in command.motors]
+        names = [name for name in command.motors if name not in joints]
+        blocks[2:2] = [("q", command.following.x[:, own], names), ("qd", command.following.xd[:, own], names)]
+    return writing.columns_of(command.t, *blocks)

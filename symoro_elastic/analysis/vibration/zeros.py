@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symoro_elastic.array_types import Array, ComplexArray
-from symoro_elastic.errors import InputError
-from symoro_elastic.packages import for_vibrations
-from symoro_elastic.vibration.linearization import Linearization
-from symoro_elastic.vibration.modes import damped
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.modes import damped_poles
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
 
 VANISHING_PARAMETER = 1e-10
 CANCELLING = 1e-6
@@ -59,7 +59,7 @@ def _swinging(roots: ComplexArray) -> Array:
 def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros:
     """Return poles and zeros from one input to one output of a linearization; raises `InputError` for other names."""
     j, i = _number(linear, ins, linear.inputs, "input"), _number(linear, outs, linear.outputs, "output")
-    poles, _ = damped(linear)
+    poles, _ = damped_poles(linear)
     if _is_zero(linear, i, j, poles):
         none = np.zeros(0, dtype=complex)
         return PolesAndZeros(linear.inputs[j], linear.outputs[i], none, none, is_zero=True)
@@ -71,7 +71,7 @@ def poles_and_zeros(linear: Linearization, ins: str, outs: str) -> PolesAndZeros
 
 def _number(linear: Linearization, name: str, names: tuple[str, ...], what: str) -> int:
     if name not in names:
-        raise InputError(linear.motion.source, what, f"{name!r} is none of {', '.join(names)}")
+        raise InputError(linear.motion.source, what, f"{name!r} is not one of {', '.join(names)}")
     return names.index(name)
 
 

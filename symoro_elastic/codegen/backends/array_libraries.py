@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.backends.programs import Model, models_of, one_or_all
+from symoro_elastic.codegen.backends.numpy_programs import Model, models_of, one_or_all
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 
 Functions = dict[str, Callable[..., Any]]
 FUNCTIONS = ("sin", "cos", "sqrt", "sign")
@@ -24,7 +24,7 @@ ON_ARRAYS = ("asarray", "zeros_like", "full_like", "sum", "stack", "reshape", "b
 
 
 def on_arrays(package: Package, module: ModuleType, library: Any) -> Functions:
-    """Return the models as functions of arrays of a library; raises `InputError` for what is no such library."""
+    """Return the models as functions of arrays of a library; raises `InputError` for what is not such a library."""
     missing = [name for name in (*FUNCTIONS, *ON_ARRAYS) if not hasattr(library, name)]
     if missing or not (hasattr(library, "atan2") or hasattr(library, "arctan2")):
         what = f"{_called(library)} has no {(*missing, 'atan2')[0]}: give the name of a backend, or an array library"
@@ -69,7 +69,7 @@ class _Namespace:
         xp = self.library
         return reduce(add, [xp.sum(xp.zeros_like(array), axis=-1) for array in arrays]) * 1.0
 
-    def stacked(self, entries: Sequence[Any], shape: tuple[int, ...], zero: Any) -> Any:
+    def stack(self, entries: Sequence[Any], shape: tuple[int, ...], zero: Any) -> Any:
         """Return the array of a result whose entries are arrays, or numbers where they depend on nothing."""
         xp, lead = self.library, zero.shape
         if not entries:
@@ -90,7 +90,7 @@ def _function(model: Model, namespace: _Namespace) -> Callable[..., Any]:
         constants = _constants(model, namespace, p)
         zero = namespace.zero([*states, *([] if states and _is_known(p) else [namespace.array(p)])])
         results = model.program(namespace, *map(namespace.entries, states), constants)
-        stacked = [namespace.stacked(x, shape, zero) for x, shape in zip(results, model.shapes, strict=True)]
+        stacked = [namespace.stack(x, shape, zero) for x, shape in zip(results, model.shapes, strict=True)]
         return one_or_all(stacked)
 
     return call

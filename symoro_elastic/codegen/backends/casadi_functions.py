@@ -8,12 +8,12 @@ from inspect import Signature
 from types import ModuleType
 from typing import Any
 
-from symoro_elastic.backends.programs import Model, models_of
+from symoro_elastic.codegen.backends.numpy_programs import Model, models_of
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Function, Package
-from symoro_elastic.packages import imported
+from symoro_elastic.foundation.packages import import_optional
 
-casadi = imported("casadi", 'backend="casadi"', "casadi")
+casadi = import_optional("casadi", 'backend="casadi"', "casadi")
 CasadiFunction: Any = casadi.Function
 
 

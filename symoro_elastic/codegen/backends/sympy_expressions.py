@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy
 
-from symoro_elastic.backends.programs import Model, models_of, one_or_all
+from symoro_elastic.codegen.backends.numpy_programs import Model, models_of, one_or_all
 from symoro_elastic.codegen.closed_form import Conversion, affordable, written_forms
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.symbolic.expression import Expression, Operand

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.embedded.disassembly import Code, Instruction, Kind
-from symoro_elastic.embedded.loops import LoopBounds
+from symoro_elastic.codegen.embedded.counted_loops import LoopBounds
+from symoro_elastic.codegen.embedded.disassembly import Code, Instruction, Kind
 
 ENDS = (Kind.RETURN, Kind.MAY_RETURN, Kind.JUMP, Kind.BRANCH, Kind.UNKNOWN)
 Weight = Callable[[Instruction], int]

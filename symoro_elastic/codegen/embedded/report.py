@@ -1,19 +1,22 @@
-"""What each function of generated C costs at most, with all that it calls in its file."""
+"""The report of generated C: stack, code, operations and instructions of each function."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from symoro_elastic.codegen.c_printers import angles_of
+from symoro_elastic.codegen.embedded.counted_loops import LoopBounds, loop_bounds
+from symoro_elastic.codegen.embedded.disassembly import Code, Kind, functions
+from symoro_elastic.codegen.embedded.flow import Flow, Unbounded, flow, most
+from symoro_elastic.codegen.embedded.tool_chain import Compiled, ToolChain, compile_file
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.embedded.disassembly import Code, Kind, functions
-from symoro_elastic.embedded.flow import Flow, Unbounded, flow, most
-from symoro_elastic.embedded.loops import LoopBounds, loop_bounds
-from symoro_elastic.embedded.tool_chain import Compiled
+from symoro_elastic.codegen.precision import Precision
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.symbolic.program import OperationCount
 
 USAGE = re.compile(r"(?:.*[/\\])?[^:]*:\d+:(\d+:)?(\S+)\t(\d+)\t(\S+)")
 SECTION = re.compile(r"\s*\d+ (\.\S+)\s+([0-9a-f]{8,})")
@@ -21,7 +24,59 @@ BOUNDED = ("static", "dynamic,bounded")
 RETURN_ADDRESS = {"elf64-x86-64": 8}
 """Bytes that a call itself puts on the stack; Clang does not count them."""
 
+DEFINITION = re.compile(r"^void (\w+)\(", re.MULTILINE)
 
+
+@dataclass(frozen=True)
+class FunctionReport:
+    """A function that users call: its operations, where it is a model, and what it costs."""
+
+    name: str
+    operations: OperationCount | None
+    cost: Cost
+
+
+@dataclass(frozen=True, repr=False)
+class CodeReport(Result):
+    """The functions of one C file, as one compiler translates them for one processor."""
+
+    file: str
+    command: str
+    format: str
+    functions: Sequence[FunctionReport]
+    sections: dict[str, int]
+
+    @property
+    def headline(self) -> str:
+        """The file, and the compiler."""
+        return f"Report of {self.file}: {self.command}"
+
+
+def code_report(package: Package, files: Mapping[str, str], precision: Precision, tools: ToolChain) -> CodeReport:
+    """Return the report of the C of a package; raises `CompilerMissing`, `CompilationFailed`, `UnknownProcessor`."""
+    file = f"{package.name}{precision.suffix}.c"
+    made = compile_file(files, file, tools)
+    costs = Costs(made, files[file], package)
+    models = _models(package, precision)
+    functions = []
+    for name in dict.fromkeys(DEFINITION.findall(files[file])):
+        model, count = models.get(name, ("", None))
+        functions.append(FunctionReport(name, count, costs.of(name, model)))
+    return CodeReport(file, tools.command, costs.format, functions, costs.sections)
+
+
+def _models(package: Package, precision: Precision) -> dict[str, tuple[str, OperationCount]]:
+    """The model that a function computes, and its operations: with what depends on parameters only, that, the rest."""
+    found = {}
+    for one in package.functions:
+        name, each, once = precision.function(package.name, one.name), one.program.count, one.program.count_once
+        found[name] = one.name, each + once
+        found[f"{name}_prepare"] = one.name, once
+        found[f"{name}_prepared"] = one.name, each
+    return found
+
+
+# What each function of generated C costs at most, with all that it calls in its file.
 @dataclass(frozen=True)
 class Cost:
     """Of one call at most: instructions and calls of library functions (None: not known), bytes of stack, code."""

@@ -63,7 +63,7 @@ def _words(text: str) -> tuple[str, ...]:
         raise ValueError(text) from None
 
 
-def compiled(files: Mapping[str, str], source: str, tools: ToolChain) -> Compiled:
+def compile_file(files: Mapping[str, str], source: str, tools: ToolChain) -> Compiled:
     """Compile one of the files (name to text) and return what there is in it.
 
     Raises `CompilerMissing` where there is no objdump, `CompilationFailed`.
@@ -73,7 +73,7 @@ def compiled(files: Mapping[str, str], source: str, tools: ToolChain) -> Compile
         made = compile_object(files, Path(folder), tools.compiler, flags, source)
         usage = made.with_suffix(".su")
         if not usage.is_file():
-            raise CompilationFailed(f"{tools.compiler[0]}: does not say how much stack functions take (-fstack-usage)")
+            raise CompilationFailed(f"{tools.compiler[0]}: does not report the stack of functions (-fstack-usage)")
         return Compiled(_listing(made, tools), usage.read_text(encoding="utf-8"))
 
 

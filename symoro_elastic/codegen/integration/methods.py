@@ -2,13 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from symoro_elastic.integration.midpoint import MIDPOINT, Midpoint
-from symoro_elastic.integration.rosenbrock import RODAS4, Rosenbrock
-from symoro_elastic.integration.tableaus import RK4, Coefficients, Tableau
-from symoro_elastic.integration.w_methods import W2, W3, WMethod
+from symoro_elastic.codegen.integration.rosenbrock import RODAS4, Rosenbrock
+from symoro_elastic.codegen.integration.tableaus import RK4, Coefficients, Tableau
+from symoro_elastic.codegen.integration.w_methods import W2, W3, WMethod
+from symoro_elastic.quantities.time_steps import TimeStep
+
+
+@dataclass(frozen=True)
+class Midpoint:
+    """The implicit midpoint rule, y(t + h) = y + h k, k = f(t + h/2, y + h k/2).
+
+    It has a fixed number of steps of Newton's method, each with the system of W-methods.
+    """
+
+    name: str
+    title: str
+    order: int
+    iterations: int
+
+
+MIDPOINT = Midpoint(TimeStep.MIDPOINT, "implicit midpoint rule, order 2", 2, 4)
+"""Hairer, Lubich and Wanner, Geometric Numerical Integration, section II.1.1, Gauss method of one stage: it keeps the
+energy of linear vibrations."""
 
 Method: TypeAlias = Tableau | WMethod | Rosenbrock | Midpoint
 METHODS: dict[str, Method] = {method.name: method for method in (W3, W2, RK4, RODAS4, MIDPOINT)}

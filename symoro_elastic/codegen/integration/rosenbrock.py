@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symoro_elastic.integration.tableaus import Coefficients, row
+from symoro_elastic.codegen.integration.tableaus import Coefficients, row
 from symoro_elastic.quantities.time_steps import TimeStep
 
 
@@ -32,7 +32,7 @@ class Rosenbrock:
     embedded: Coefficients
 
     @classmethod
-    def printed(cls, name: str, title: str, order: int, gamma: str, text: str) -> Rosenbrock:
+    def from_text(cls, name: str, title: str, order: int, gamma: str, text: str) -> Rosenbrock:
         """Return the method of lines `alpha_i gamma_i | a_i1 ... | c_i1 ...`, then `| m | embedded`."""
         *stages, (_, weights, embedded) = [line.split("|") for line in text.strip().splitlines()]
         times, a, c = (tuple(row(stage[k]) for stage in stages) for k in range(3))
@@ -40,7 +40,7 @@ class Rosenbrock:
         return cls(name, title, order, Fraction(gamma), alpha, gammas, a, c, row(weights), row(embedded))
 
 
-RODAS4 = Rosenbrock.printed(
+RODAS4 = Rosenbrock.from_text(
     TimeStep.RODAS4,
     "Rosenbrock method RODAS, order 4",
     4,

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
 
 from symoro_elastic.quantities.time_steps import TimeStep
+
+if TYPE_CHECKING:
+    from symoro_elastic.foundation.array_types import Array
 
 Coefficients = tuple[Fraction, ...]
 
@@ -23,7 +28,7 @@ class Tableau:
     b: Coefficients
 
     @classmethod
-    def printed(cls, name: str, title: str, order: int, text: str) -> Tableau:
+    def from_text(cls, name: str, title: str, order: int, text: str) -> Tableau:
         """Return the tableau of a text: lines `c_i | a_i1 a_i2 ...`, the last one `| b_1 b_2 ...`."""
         *stages, (_, weights) = [line.split("|") for line in text.strip().splitlines()]
         nodes = tuple(Fraction(node) for node, _ in stages)
@@ -45,7 +50,7 @@ def row(text: str) -> Coefficients:
     return tuple(map(Fraction, text.split()))
 
 
-RK4 = Tableau.printed(
+RK4 = Tableau.from_text(
     TimeStep.RK4,
     "classical Runge-Kutta method, order 4",
     4,
@@ -59,3 +64,27 @@ RK4 = Tableau.printed(
 )
 """The classical method of fourth order: Kutta, Zeitschrift fuer Mathematik und Physik 46 (1901); Hairer, Norsett and
 Wanner, Solving Ordinary Differential Equations I, section II.1, table 1.2."""
+
+
+Rate: TypeAlias = "Callable[[float, Array], Array]"
+"""f of y' = f(t, y)."""
+
+
+# Steps of explicit Runge-Kutta methods.
+def step(tableau: Tableau, rate: Rate, t: float, y: Array, h: float) -> Array:
+    """Return y at t + h of y' = f(t, y), where `rate` is f and y an array of any shape.
+
+    k_i = f(t + c_i h, y + h sum_j a_ij k_j),    y(t + h) = y + h sum_i b_i k_i
+    """
+    k: list[Array] = []
+    for c, row in tableau.stages:
+        k.append(rate(t + c * h, _moved(y, h, row, k)))
+    return _moved(y, h, tableau.weights, k)
+
+
+def _moved(y: Array, h: float, weights: Iterable[float], k: Iterable[Array]) -> Array:
+    """Return y + h sum_j a_j k_j; terms with a_j = 0 are left out."""
+    for a, rate in zip(weights, k, strict=True):
+        if a:
+            y = y + (h * a) * rate
+    return y

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symoro_elastic.integration.tableaus import Coefficients, row
+from symoro_elastic.codegen.integration.tableaus import Coefficients, row
 from symoro_elastic.quantities.time_steps import TimeStep
 
 
@@ -39,7 +39,7 @@ class WMethod:
         return tuple(sum(each, Fraction(0)) for each in self.a)
 
     @classmethod
-    def printed(cls, name: str, title: str, order: int, gamma: str, text: str) -> WMethod:
+    def from_text(cls, name: str, title: str, order: int, gamma: str, text: str) -> WMethod:
         """Return the method of a text: lines `a_i1 a_i2 ... | gamma_i1 gamma_i2 ...`, then `b | embedded`."""
         *stages, weights = [line.split("|") for line in text.strip().splitlines()]
         b, embedded = map(row, weights)
@@ -47,7 +47,7 @@ class WMethod:
         return cls(name, title, order, Fraction(gamma), a, g, b, embedded)
 
 
-W2 = WMethod.printed(
+W2 = WMethod.from_text(
     TimeStep.W2,
     "W-method ROS2, order 2",
     2,
@@ -60,7 +60,7 @@ W2 = WMethod.printed(
 )
 """ROS2 with gamma = 1 - 1/sqrt(2): Verwer, Spee, Blom and Hundsdorfer, A second-order Rosenbrock method applied to
 photochemical dispersion problems, SIAM J. Sci. Comput. 20 (1999), equation 4 and gamma_21 = -2 gamma."""
-W3 = WMethod.printed(
+W3 = WMethod.from_text(
     TimeStep.W3,
     "W-method ROS34PW2, order 3",
     3,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.target import Target
 from symoro_elastic.codegen.targets import c, numpy
@@ -17,6 +17,10 @@ from symoro_elastic.codegen.targets.matlab import MATLAB
 from symoro_elastic.codegen.targets.numpy import NUMPY
 
 TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BATCH, CPP, MATLAB, CUDA)}
+FMU = "fmu"
+"""The target that needs the machine itself: `generation` writes it."""
+TARGET_NAMES = (*TARGETS, FMU)
+"""All that `--target` takes."""
 DEFAULT_TARGETS = (NUMPY.name, C.name)
 RESERVED: frozenset[str] = frozenset().union(*(target.reserved for target in TARGETS.values()))
 """Identifiers that the language or the libraries of some target use."""

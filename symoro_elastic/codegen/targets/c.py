@@ -3,22 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.c_function import CFunction
-from symoro_elastic.codegen.c_lines import INDENT, fitted, in_comment
+from symoro_elastic.codegen.c_lines import INDENT, in_comment, wrap_lines
 from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
 from symoro_elastic.codegen.c_steps import CSteps
 from symoro_elastic.codegen.c_text import FunctionText, function_text
-from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Axis, Package, ParameterValue
-from symoro_elastic.codegen.pair_arithmetic import with_needed
+from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE_TYPE, PRECISIONS, Precision
-from symoro_elastic.codegen.target import words
+from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.symbolic.operations import SIGN
+
+NEEDS: dict[str, tuple[str, ...]] = {
+    "make": (),
+    "negative": ("make",),
+    "exact_sum": ("make",),
+    "ordered_sum": ("make",),
+    "exact_product": ("make",),
+    "sum": ("exact_sum", "ordered_sum"),
+    "difference": ("sum", "negative"),
+    "product": ("exact_product", "ordered_sum"),
+    "quotient": ("difference", "product", "ordered_sum", "sum", "make"),
+    "sqrt": ("exact_product", "difference", "ordered_sum", "make"),
+    "sign": ("make",),
+    "sincos": ("make", "exact_product", "difference", "product", "sum", "negative"),
+    "sin": ("sincos",),
+    "cos": ("sincos",),
+    "atan2": ("sincos", "make", "difference", "product", "sum", "quotient"),
+}
 
 KEYWORDS = words(
     """
@@ -114,8 +131,8 @@ def c_text(package: Package, precision: Precision = DOUBLE) -> SourceText:
 def files_of(text: SourceText) -> Files:
     """Return the header and the source of a text."""
     return {
-        f"{text.name}.h": fitted(render("c/model.h.j2", **vars(text))),
-        f"{text.name}.c": fitted(render("c/model.c.j2", **vars(text))),
+        f"{text.name}.h": wrap_lines(render("c/model.h.j2", **vars(text))),
+        f"{text.name}.c": wrap_lines(render("c/model.c.j2", **vars(text))),
     }
 
 
@@ -186,20 +203,24 @@ def _default(parameter: ParameterValue, precision: Precision, is_last: bool) -> 
     return f"{INDENT}{value}{'' if is_last else ','} /* {parameter.name}{unit} */"
 
 
-@dataclass(frozen=True)
-class _C:
-    name: str = "c"
-    title: str = "C99 without extensions: one state a call"
-    suffixes: tuple[str, ...] = (".h", ".c")
-    precisions: tuple[Precision, ...] = tuple(PRECISIONS.values())
-    reserved: frozenset[str] = KEYWORDS | LIBRARY
-
-    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
-        """Return `<name>.h` and `<name>.c` for each precision."""
-        files: Files = {}
-        for precision in precisions:
-            files |= render_c(package, precision)
-        return files
+# Functions on sums of two doubles in C: which of them need which.
+def with_needed(called: Iterable[str], has_angles: bool) -> frozenset[str]:
+    """Return the functions that are called, and all that they call."""
+    found: set[str] = set()
+    stack = [*called, *(["sincos"] if has_angles else [])]
+    while stack:
+        name = stack.pop()
+        if name not in found:
+            found.add(name)
+            stack += NEEDS[name]
+    return frozenset(found)
 
 
-C = _C()
+C = Target(
+    name="c",
+    title="C99 without extensions: one state a call",
+    suffixes=(".h", ".c"),
+    precisions=tuple(PRECISIONS.values()),
+    reserved=KEYWORDS | LIBRARY,
+    files=render_c,
+)

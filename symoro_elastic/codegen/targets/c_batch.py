@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.c_function import Array, CFunction
-from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
+from symoro_elastic.codegen.c_lines import INDENT, with_arguments, wrap_lines
 from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
 from symoro_elastic.codegen.c_rows import Rows
 from symoro_elastic.codegen.c_steps import CSteps
 from symoro_elastic.codegen.c_text import Routine, working
-from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
-from symoro_elastic.codegen.target import words
+from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
 from symoro_elastic.codegen.targets.c import C, banner, render_c, scalar_form
 from symoro_elastic.codegen.templates import render
@@ -106,8 +105,8 @@ def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
         steps=CSteps(package, precision, functions, many=True),
     )
     return render_c(package, precision) | {
-        f"{name}_batch.h": fitted(render("c/batch.h.j2", **vars(text))),
-        f"{name}_batch.c": fitted(render("c/batch.c.j2", **vars(text))),
+        f"{name}_batch.h": wrap_lines(render("c/batch.h.j2", **vars(text))),
+        f"{name}_batch.c": wrap_lines(render("c/batch.c.j2", **vars(text))),
     }
 
 
@@ -190,20 +189,11 @@ def _stack(function: CFunction) -> str:
     return f"{size // 1000} kB of stack" if size > LARGE_STACK else ""
 
 
-@dataclass(frozen=True)
-class _CBatch:
-    name: str = "c-batch"
-    title: str = "C, and many states a call, in vectors with GCC and Clang"
-    suffixes: tuple[str, ...] = (".h", ".c", "_batch.h", "_batch.c")
-    precisions: tuple[Precision, ...] = tuple(PRECISIONS.values())
-    reserved: frozenset[str] = C.reserved
-
-    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
-        """Return the files of the target `c`, `<name>_batch.h` and `<name>_batch.c`, for each precision."""
-        files: Files = {}
-        for precision in precisions:
-            files |= render_c_batch(package, precision)
-        return files
-
-
-C_BATCH = _CBatch()
+C_BATCH = Target(
+    name="c-batch",
+    title="C, and many states a call, in vectors with GCC and Clang",
+    suffixes=(".h", ".c", "_batch.h", "_batch.c"),
+    precisions=tuple(PRECISIONS.values()),
+    reserved=C.reserved,
+    files=render_c_batch,
+)

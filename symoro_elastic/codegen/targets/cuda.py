@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.c_function import Array, CFunction
-from symoro_elastic.codegen.c_lines import INDENT, fitted, with_arguments
+from symoro_elastic.codegen.c_lines import INDENT, with_arguments, wrap_lines
 from symoro_elastic.codegen.c_printers import Form
 from symoro_elastic.codegen.c_steps import CSteps, Qualifiers, StepText
 from symoro_elastic.codegen.c_text import Routine, call, head, preparing, working
-from symoro_elastic.codegen.described import Files, described
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package_context import Files, function_context
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
-from symoro_elastic.codegen.target import words
+from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
 from symoro_elastic.codegen.targets.c import C, PackageText, package_text, scalar_form
 from symoro_elastic.codegen.templates import render
@@ -120,8 +120,8 @@ def render_cuda(package: Package, precision: Precision = DOUBLE) -> Files:
     """Return `<name>.cuh` and `<name>.cu`, the precision in their names unless it is double."""
     text = _text(with_local_names(with_own_results(package), OWN | C_WORDS), precision)
     return {
-        f"{text.name}.cuh": fitted(render("cuda/model.cuh.j2", **vars(text))),
-        f"{text.name}.cu": fitted(render("cuda/model.cu.j2", **vars(text))),
+        f"{text.name}.cuh": wrap_lines(render("cuda/model.cuh.j2", **vars(text))),
+        f"{text.name}.cu": wrap_lines(render("cuda/model.cu.j2", **vars(text))),
     }
 
 
@@ -142,7 +142,7 @@ def _text(package: Package, precision: Precision) -> CudaText:
 
 
 def _function(function: CFunction) -> DeviceFunction:
-    about, c = described(function.function), function.c
+    about, c = function_context(function.function), function.c
     strided = f"{function.name}_strided"
     return DeviceFunction(
         name=function.name,
@@ -220,20 +220,11 @@ def _step_arguments(step: StepText, steps: CSteps) -> Iterator[str]:
     yield from (f"{one.name}_one" for one in step.written)
 
 
-@dataclass(frozen=True)
-class _Cuda:
-    name: str = "cuda"
-    title: str = "CUDA: device functions, and kernels with one state a thread"
-    suffixes: tuple[str, ...] = (".cuh", ".cu")
-    precisions: tuple[Precision, ...] = (DOUBLE, SINGLE, MIXED)
-    reserved: frozenset[str] = C.reserved
-
-    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
-        """Return `<name>.cuh` and `<name>.cu` for each precision."""
-        files: Files = {}
-        for precision in precisions:
-            files |= render_cuda(package, precision)
-        return files
-
-
-CUDA = _Cuda()
+CUDA = Target(
+    name="cuda",
+    title="CUDA: device functions, and kernels with one state a thread",
+    suffixes=(".cuh", ".cu"),
+    precisions=(DOUBLE, SINGLE, MIXED),
+    reserved=C.reserved,
+    files=render_cuda,
+)

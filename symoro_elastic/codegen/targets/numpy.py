@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from symoro_elastic.codegen.body import PYTHON, Writer
-from symoro_elastic.codegen.described import Files, described, shared
 from symoro_elastic.codegen.local_names import with_local_names
 from symoro_elastic.codegen.numpy_steps import numpy_methods
 from symoro_elastic.codegen.package import Function, Package
-from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.package_context import Files, function_context, package_context
+from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printers import Printer
-from symoro_elastic.codegen.target import words
+from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
 from symoro_elastic.quantities import QUANTITIES
 
@@ -44,7 +43,7 @@ def render_numpy(package: Package) -> Files:
     package = with_local_names(package, OWN)
     functions = [_python_function(package, function) for function in package.functions]
     methods = numpy_methods(package)
-    context = shared(package) | {
+    context = package_context(package) | {
         "functions": functions,
         "steps": [step for method in methods for step in method.steps],
         "parameters": [
@@ -75,7 +74,7 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
     arguments = [a.name for a in function.arguments]
     parameters = [p.symbol for p in package.parameters]
     prepare, body = _bodies(function, parameters, package.joint_names)
-    return described(function) | {
+    return function_context(function) | {
         "module": f"_{function.name}",
         "signature": ", ".join([*arguments, "p=DEFAULTS"]),
         "call": ", ".join([*arguments, "p=p"]),
@@ -119,17 +118,11 @@ def _tuple(items: Iterable[object], depth: int = 0) -> str:
     return in_brackets("(", [Literal(item) for item in items], ")").replace("\n", "\n" + "    " * depth)
 
 
-@dataclass(frozen=True)
-class _Numpy:
-    name: str = "numpy"
-    title: str = "a Python package that needs numpy only; states stack along leading axes"
-    suffixes: tuple[str, ...] = (".py",)
-    precisions: tuple[Precision, ...] = (DOUBLE,)
-    reserved: frozenset[str] = KEYWORDS | BUILTINS
-
-    def render(self, package: Package, precisions: Sequence[Precision]) -> Files:
-        """Return the modules of the package; arrays keep the precision that they are given in."""
-        return render_numpy(package)
-
-
-NUMPY = _Numpy()
+NUMPY = Target(
+    name="numpy",
+    title="a Python package that needs numpy only; states stack along leading axes",
+    suffixes=(".py",),
+    precisions=(DOUBLE,),
+    reserved=KEYWORDS | BUILTINS,
+    files=lambda package, _: render_numpy(package),
+)

@@ -1,4 +1,4 @@
-"""The keys of a .par file, a row each: lists of joints, of bodies and of the base, numbers, extension lines."""
+"""The keys of a .par file, a row each: numbers, and lists of joints, of bodies and of the base."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ class Place(Enum):
     JOINT = "a list with an entry for each joint (NJ): law of the joint"
     BASE = "a list of 3 numbers or formulas: base"
     FRAME = "a list of 16 numbers: base"
-    EXTENSION = "a line `(*! key = value *)`, which SYMORO reads as a comment"
 
 
 @dataclass(frozen=True)
@@ -99,50 +98,6 @@ KEYS = (
     *_cells(Place.BASE, "W0 WP0 V0 VP0", "{0, 0, 0}"),
     *_cells(Place.BASE, "G", "{0, 0, G3}"),
     ParKey("Z", Place.FRAME, "placement of frame 0, row by row; kept, not used", "{1, 0, 0, 0, ...}", "nothing"),
-    ParKey("name", Place.EXTENSION, "name of the machine", "arm", "Robotname, or the name of the file"),
-    ParKey("names", Place.EXTENSION, "names of the joints", "{shoulder, elbow, tip}", "j1, j2 ..."),
-    ParKey(
-        *("parameters", Place.EXTENSION, "names that are parameters, where they could be joint variables; their order"),
-        "{L2, k2}",
-        "all names but the joint variables",
-    ),
-    ParKey("values", Place.EXTENSION, "values of parameters", "{L2 = 0.35}", "none"),
-    ParKey("units", Place.EXTENSION, "units of parameters, SI", "{L2 = m}", "none"),
-    ParKey(
-        *("variable", Place.EXTENSION, "joint variables, by joint, of cells in which several names may be meant"),
-        "{nut = d_nut}",
-        "the name in the cell that is new: no parameter, and no variable of another joint",
-    ),
-    ParKey(
-        *("loops", Place.EXTENSION, "closed loops in the order of the cut joints: names, and the keys of TOML"),
-        "{left = {closes = point, dependent = {th3, th8}, start = {th3 = 0.2}}, right = {}}",
-        "loop_1, loop_2 ...; frames meet; passive joints are dependent",
-    ),
-    ParKey(
-        *("start", Place.EXTENSION, "one rough position of all loops, by joint variable: it tells the branch"),
-        "{th2 = -1.0, th3 = -0.27}",
-        "none",
-    ),
-    ParKey(
-        *("order", Place.EXTENSION, "names of all joints in the order of the table, where it is not that of the rows"),
-        "{b1, pin, b2, pin_end}",
-        "the order of the rows",
-    ),
-    *_cells(Place.EXTENSION, "damping neutral ratio sharing creep", "{0, @2, 0}"),
-    ParKey(
-        *("central", Place.EXTENSION, "bodies given about the centre of mass: x y z XX XY XZ YY YZ ZZ by joint"),
-        "{elbow = {0.1, 0, 0, XX2, 0, 0, YY2, 0, ZZ2}}",
-        "none",
-    ),
-    ParKey("notes", Place.EXTENSION, "remarks that are no plain comment", '{"!checked"}', "none"),
-    ParKey("scene", Place.EXTENSION, "the scene, with the keys of TOML", "{models = {jacobian}}", "none"),
-    ParKey("motion", Place.EXTENSION, "motions, with the keys of TOML", "{{start = {q1 = 0.1}, duration = 1}}", "none"),
-    ParKey("wanted", Place.EXTENSION, "what is wanted, with the keys of TOML", "{period = 1e-3}", "none"),
-    ParKey("extras", Place.EXTENSION, "entries of other formats", "{origin = workshop}", "none"),
-    ParKey(
-        *("orientation", Place.EXTENSION, "orientation of a base that floats: rotation or quaternion", "quaternion"),
-        "rotation",
-    ),
 )
 
 

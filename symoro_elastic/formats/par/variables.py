@@ -1,4 +1,4 @@
-"""The variables that rows of a .par file own: names in the cells that sigma selects which are no parameters.
+"""The variables that rows of a .par file own: names in the cells that sigma selects which are not parameters.
 
 The format declares neither parameters nor coupled joints. A row with a motor or a spring owns a variable; one with
 mu = 0 is passive if its cell holds a name of its own, else it is coupled. What stays in doubt is refused.
@@ -7,27 +7,34 @@ mu = 0 is passive if its cell holds a name of its own, else it is coupled. What 
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.cells import OTHER, SELECTED, offset_of
-from symoro_elastic.machine.formats.par_columns import Columns
-from symoro_elastic.machine.machine import Kind
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.formats.joint_cells import OTHER, SELECTED, offset_of
+from symoro_elastic.formats.par.columns import Columns
+from symoro_elastic.formats.par.syntax import BODY, VECTORS
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.columns import declared_columns as columns_of
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Joint, Kind
+from symoro_elastic.machine.names import quote
 
+WAYS = "each in a line (*toml ... *)"
 Candidates = dict[int, set[str]]
 """Names that may be the own variable of each row, by the number of the row."""
 
 
-def own_variables(columns: Columns, declared: Collection[str], elsewhere: Mapping[str, int]) -> dict[int, str]:
+def own_variables(
+    columns: Columns, declared: Collection[str], elsewhere: Mapping[str, int], given: Mapping[int, str]
+) -> dict[int, str]:
     """The own variable of each row that has one, by the number of the row; raises `InputError` where it is in doubt.
 
     `declared` are parameters; so are the names that stand `elsewhere`, where there is no variable, so many times.
+    `given` are the variables that the file names as those of rows.
     """
-    return _Cells(columns, declared, elsewhere).own()
+    return _Cells(columns, declared, elsewhere, given).own()
 
 
-def settled(names: Mapping[int, Collection[str]], optional: Collection[int]) -> Candidates:
+def owned_names(names: Mapping[int, Collection[str]], optional: Collection[int]) -> Candidates:
     """Names of which each row owns one: one where this is settled, several where it is in doubt, none where coupled.
 
     A row with one name owns it; one with several owns that which no other row owns. Rows in `optional` are coupled
@@ -62,23 +69,25 @@ def _owned(left: Candidates) -> set[str]:
 class _Cells:
     """The cells that sigma selects, of the rows that move."""
 
-    def __init__(self, columns: Columns, declared: Collection[str], elsewhere: Mapping[str, int]) -> None:
+    def __init__(
+        self, columns: Columns, declared: Collection[str], elsewhere: Mapping[str, int], given: Mapping[int, str]
+    ) -> None:
         self.columns, self.elsewhere = columns, elsewhere
         rows = range(1, columns.count + 1)
         self.sigma = {j: sigma for j in rows if (sigma := columns.whole("sigma", j, 0)) in SELECTED}
         self.cells = {j: columns.formula(SELECTED[sigma], j) for j, sigma in self.sigma.items()}
         self.names = {j: cell.names.difference(declared) for j, cell in self.cells.items()}
         self.holders = Counter(name for names in self.names.values() for name in names)
-        self.given = self._given()
+        self.given = self._checked(given)
         passive = [j for j in self.cells if j not in self.given and columns.kind(j) is Kind.PASSIVE]
         self.optional = {j for j in passive if any(self.holders[name] > 1 for name in self.names[j])}
         self.candidates = {j: set(self._candidates(j)) for j in self.cells}
 
     def own(self) -> dict[int, str]:
         """The own variables, by the number of the row."""
-        left = settled(self.candidates, self.optional)
+        left = owned_names(self.candidates, self.optional)
         for narrowed in (self._followed, self._only_here, self._followed):
-            left = settled({**left, **narrowed(left)}, self.optional)
+            left = owned_names({**left, **narrowed(left)}, self.optional)
         owned = _owned(left)
         for j, names in left.items():
             doubt = self._doubt(j, names, owned)
@@ -126,33 +135,26 @@ class _Cells:
                 found[j] = new
         return found
 
-    def _given(self) -> dict[int, str]:
-        """Variables that the file names as those of joints."""
-        found = {}
-        for name, variable in self.columns.extension_table("variable").items():
-            if name not in self.columns.numbers:
-                what = f"no joint {quoted(name)}{did_you_mean(name, self.columns.names)}"
-                raise self.columns.fail("variable", what)
-            j = self.columns.numbers[name]
+    def _checked(self, given: Mapping[int, str]) -> Mapping[int, str]:
+        """Variables that the file names as those of rows; raises `InputError` where they cannot be."""
+        for j, variable in given.items():
             if j not in self.cells:
                 raise self._error(j, "variable", "a fixed frame has no variable of its own: leave it out")
             if variable not in self.cells[j].names:
-                where = f"{SELECTED[self.sigma[j]]} = {quoted(self.cells[j])}"
-                raise self._error(j, "variable", f"{quoted(variable)} does not stand in {where}")
-            found[j] = variable
-        return found
+                where = f"{SELECTED[self.sigma[j]]} = {quote(self.cells[j])}"
+                raise self._error(j, "variable", f"{quote(variable)} does not stand in {where}")
+        return given
 
     def _error(self, j: int, key: str, what: str) -> InputError:
         return InputError(self.columns.source, self.columns.place(j, key), what)
 
     def _doubt(self, j: int, names: Collection[str], owned: Collection[str]) -> str:
         """Why it is in doubt what a row owns, or that it has no variable and needs one; empty where all is well."""
-        cell, one = quoted(self.cells[j]), min(names, default="")
+        cell, one = quote(self.cells[j]), min(names, default="")
         joint = self.columns.names[j - 1]
         if len(names) > 1:
             what = f"{cell} may hold any of {', '.join(sorted(names))} as joint variable (sigma = {self.sigma[j]})"
-            listed = "list the parameters among them in (*! parameters = {...} *)"
-            return f"{what}: {listed}, or name it by (*! variable = {{{joint} = ...}} *)"
+            return f"{what}: declare the parameters among them in [parameters], or give the variable of {joint}: {WAYS}"
         leaders = sorted(self.names[j].intersection(owned))
         if not names and not leaders:
             return self._no_variable(j)
@@ -161,14 +163,58 @@ class _Cells:
             return f"{what}: add one of its own, or write mu = 0 for a coupled joint"
         if j in self.optional and len(self.candidates[j]) > 1 and self.holders[one] > 1:
             what = f"{one!r} in {cell} may be a variable of its own, or a parameter"
-            return f"{what}: say (*! variable = {{{joint} = {one}}} *), or (*! parameters = {{{one}}} *)"
+            return f"{what}: give variable = {one!r} in the row of {joint}, or declare {one} in [parameters]: {WAYS}"
         return ""
 
     def _no_variable(self, j: int) -> str:
         sigma = self.sigma[j]
-        what = f"no joint variable in {quoted(self.cells[j])}, where sigma = {sigma} expects it"
+        what = f"no joint variable in {quote(self.cells[j])}, where sigma = {sigma} expects it"
         names = self.columns.formula(OTHER[sigma], j).names
         elsewhere = sorted(name for name in names if self.elsewhere[name] == 1 and not self.holders[name])
         if elsewhere:
             what += f"; {elsewhere[0]!r} stands in {OTHER[sigma]}, which is for sigma = {1 - sigma}"
         return what
+
+
+GEOMETRY = tuple(key for column in columns_of(Joint, "joints") for key in column.par)
+
+
+class Names:
+    """All names of the file, in order of first appearance by joint, then by column."""
+
+    def __init__(
+        self, columns: Columns, others: Sequence[Formula], declared: Collection[str], given: Mapping[int, str]
+    ) -> None:
+        self.cells = [*_cells(columns), *others]
+        elsewhere = Counter(name for cell in (*_without_variables(columns), *others) for name in cell.names)
+        self.variables = own_variables(columns, declared, elsewhere, given)
+
+    def parameters(self) -> list[str]:
+        """All names but the joint variables, in order of appearance."""
+        variables = {*self.variables.values()}
+        return [*dict.fromkeys(name for cell in self.cells for name in _in_order(cell) if name not in variables)]
+
+
+def _cells(columns: Columns) -> Iterator[Formula]:
+    for j in range(1, columns.count + 1):
+        for key in (*GEOMETRY, *BODY):
+            yield columns.formula(key, j)
+        if columns.kind(j) == Kind.ELASTIC:
+            yield columns.formula("k", j)
+    for key in VECTORS:
+        yield from columns.base_vector(key)
+
+
+def _without_variables(columns: Columns) -> Iterator[Formula]:
+    """The cells in which no joint variable stands."""
+    for j in range(1, columns.count + 1):
+        selected = SELECTED.get(columns.whole("sigma", j, 0))
+        for key in (*GEOMETRY, *BODY):
+            if key != selected:
+                yield columns.formula(key, j)
+    for key in VECTORS:
+        yield from columns.base_vector(key)
+
+
+def _in_order(cell: Formula) -> list[str]:
+    return sorted(cell.names, key=lambda name: (cell.text.index(name), name))

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.machine.formats.robots.description import Placement
+from symoro_elastic.formats.robots.robot import Placement
+from symoro_elastic.foundation.array_types import Array
 
 NEARLY_PARALLEL = 1e-2
 """Sine of the angle below which the common normal of two axes is too far away to place a frame there."""
 SAME_LINE = 1e-9
 """Distance of parallel axes, m, below which their normal has no direction."""
 UNDECIDED = 1e-6
-"""Cosine of the angle of two directions below which none of both senses is nearer."""
+"""Cosine of the angle of two directions below which neither sense is nearer."""
 
 
 @dataclass(frozen=True, eq=False)

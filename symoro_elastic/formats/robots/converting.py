@@ -1,4 +1,4 @@
-"""Joints of a robot split into a motor and a spring."""
+"""Robots with changes on the way to their table."""
 
 from __future__ import annotations
 
@@ -6,10 +6,40 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.format import SpringOnJoint
-from symoro_elastic.machine.formats.robots.description import Description, JointType, Link, LinkJoint, Placement
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.formats.format import Conversion, SpringOnJoint
+from symoro_elastic.formats.robots.modified_dh import Deviation, table_of
+from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Placement
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.names import did_you_mean, quote
+
+MOST_SNAP = 1e-3
+
+
+def machine_with_changes(description: Description, source: str, conversion: Conversion) -> DescribedMachine:
+    """The machine of a robot with the changes of a conversion; raises `InputError`.
+
+    Where angles and lengths are snapped, a remark says how far frames are from those of the robot, and how far those of
+    the exact table are.
+    """
+    if conversion.snap is not None and not 0 < conversion.snap <= MOST_SNAP:
+        what = f"{conversion.snap:g} is not a tolerance, rad and m: give more than 0, at most {MOST_SNAP:g}"
+        raise InputError("symoro-elastic", "--snap", what)
+    robot = with_springs(description, conversion.springs, source)
+    exact = table_of(robot, source)
+    if conversion.snap is None:
+        return exact.machine
+    snapped = table_of(robot, source, conversion.snap)
+    remark = (
+        f"angles and lengths are snapped within {conversion.snap:g}: frames at position 0 are up to "
+        f"{_shown(snapped.deviation)} off; those of the exact table {_shown(exact.deviation)}"
+    )
+    return snapped.machine.with_remarks(remark)
+
+
+def _shown(deviation: Deviation) -> str:
+    return f"{deviation.rotation:.1e} rad and {deviation.translation:.1e} m"
+
 
 SPRING, ROTOR = "_spring", "_rotor"
 
@@ -50,16 +80,16 @@ def _refuse(description: Description, name: str, spring: SpringOnJoint, source: 
     joints = {joint.name: joint for joint in description.joints if joint.type is not JointType.FIXED}
     joint = joints.get(name)
     if joint is None:
-        what = f"no joint that moves is called {quoted(name)}{did_you_mean(name, joints)}"
+        what = f"no joint that moves is called {quote(name)}{did_you_mean(name, joints)}"
         raise InputError(source, "--elastic", what)
-    place = f"joint {quoted(name)}"
+    place = f"joint {quote(name)}"
     if not 0 < spring.stiffness < math.inf or not 0 <= (spring.rotor_inertia or 0) < math.inf:
         raise InputError(source, place, f"--elastic {name}: stiffness and inertia of the rotor must be positive")
     if joint.follows or not joint.driven or joint.type is JointType.FLOATING:
         raise InputError(source, place, "it has no motor: --elastic splits a joint into its motor and a spring")
     followers = [other.name for other in joints.values() if other.follows and other.follows.joint == name]
     if followers:
-        what = f"joint {quoted(followers[0])} follows it: whether motor or link is not known; split it by hand"
+        what = f"joint {quote(followers[0])} follows it: whether motor or link is not known; split it by hand"
         raise InputError(source, place, what)
     if not joint.rotor_inertia and not spring.rotor_inertia:
         what = f"its motor would have no inertia: give --elastic {name}=K:IA, IA in kg m2, or kg where it slides"
@@ -67,4 +97,4 @@ def _refuse(description: Description, name: str, spring: SpringOnJoint, source: 
     taken = {link.name for link in description.links} | {other.name for other in description.joints}
     for new in (name + SPRING, name + ROTOR):
         if new in taken:
-            raise InputError(source, place, f"the name {quoted(new)}, which its spring gets, is taken")
+            raise InputError(source, place, f"the name {quote(new)}, which its spring gets, is taken")

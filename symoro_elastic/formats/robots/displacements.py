@@ -12,8 +12,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from symoro_elastic.machine.formats.robots.axis_frames import NEARLY_PARALLEL, UNDECIDED
-from symoro_elastic.machine.formats.robots.description import Placement
+from symoro_elastic.formats.robots.axis_frames import NEARLY_PARALLEL, UNDECIDED
+from symoro_elastic.formats.robots.robot import Placement
 from symoro_elastic.machine.formula import SMALLEST, ZERO, Formula
 from symoro_elastic.machine.joints import Joint
 

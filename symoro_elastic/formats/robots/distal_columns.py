@@ -45,7 +45,7 @@ COLUMNS = (
     *map(_center, ("cx", "cy", "cz")),
     *map(_inertia, ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
     DistalColumn("rotor_inertia", "kg m2", "0", "inertia of the rotor about its own axis", "2e-4", is_nonnegative=True),
-    DistalColumn("ratio", "", "1", "turns of the rotor for one of the joint, rad/m where it slides", "100"),
+    DistalColumn("ratio", "", "1", "rotor turns per joint turn, rad/m where it slides", "100"),
     DistalColumn("viscous", "N m s/rad", "0", "viscous friction of the joint", "0.8", is_nonnegative=True),
     DistalColumn("coulomb", "N m", "0", "dry friction of the joint", "1.5", is_nonnegative=True),
 )

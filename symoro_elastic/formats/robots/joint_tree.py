@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Placement
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import MOST_JOINTS
-from symoro_elastic.machine.formats.robots.description import Description, JointType, Link, LinkJoint, Placement
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import did_you_mean, quote
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Tree:
         return tuple(joint for joint in self.joints if joint.type is not JointType.FIXED)
 
     @cached_property
-    def carried(self) -> dict[str, Carried]:
+    def carrying(self) -> dict[str, Carried]:
         """The joint that moves each link, and where the link is in the frame of that joint."""
         found = {self.frame_0: Carried(None, Placement())}
         for joint in self.joints:
@@ -68,11 +68,11 @@ class Tree:
 
     def seat(self, joint: LinkJoint) -> Placement:
         """Placement of a joint's frame at position 0 in the frame of the joint that moves its parent."""
-        return self.carried[joint.parent].placement * joint.placement
+        return self.carrying[joint.parent].placement * joint.placement
 
     def carrier(self, joint: LinkJoint) -> LinkJoint | None:
         """The joint that moves the parent of a joint; None on the base."""
-        return self.carried[joint.parent].joint
+        return self.carrying[joint.parent].joint
 
     @cached_property
     def carried_joints(self) -> dict[str, list[LinkJoint]]:
@@ -98,7 +98,7 @@ class Tree:
     def _links_by_joint(self) -> dict[str, list[tuple[Link, Placement]]]:
         found: dict[str, list[tuple[Link, Placement]]] = {}
         for link in self.description.links:
-            if carried := self.carried.get(link.name):
+            if carried := self.carrying.get(link.name):
                 found.setdefault(carried.joint.name if carried.joint else "", []).append((link, carried.placement))
         return found
 
@@ -117,9 +117,9 @@ def tree_of(description: Description, source: str) -> Tree:
     for joint in description.joints:
         for role, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in children:
-                raise _wrong(source, joint, f"its {role} {quoted(name)} is no link{did_you_mean(name, children)}")
+                raise _wrong(source, joint, f"its {role} {quote(name)} is not a link{did_you_mean(name, children)}")
         if other := above.get(joint.child):
-            what = f"its child {quoted(joint.child)} is the child of joint {quoted(other.name)} too: no closed loops"
+            what = f"its child {quote(joint.child)} is the child of joint {quote(other.name)} too: no closed loops"
             raise _wrong(source, joint, what)
         above[joint.child] = joint
         children[joint.parent].append(joint)
@@ -138,11 +138,11 @@ def _root(links: list[str], above: dict[str, LinkJoint], source: str) -> str:
         raise InputError(source, "robot", "it has no link")
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        shown = ", ".join(map(quoted, roots[:5])) + (" ..." if len(roots) > 5 else "")
-        raise InputError(source, "links", f"{shown} are children of no joint: one link carries all others")
+        shown = ", ".join(map(quote, roots[:5])) + (" ..." if len(roots) > 5 else "")
+        raise InputError(source, "links", f"{shown} are not children of a joint: one link must carry all others")
     cycle = _cycle(links, above)
     if cycle:
-        around = " to ".join(map(quoted, cycle[:6]))
+        around = " to ".join(map(quote, cycle[:6]))
         raise _wrong(source, above[cycle[0]], f"the links {around} are in a cycle: a robot is a tree")
     return roots[0]
 
@@ -177,8 +177,8 @@ def _floating(
 def _refuse_twice(what: str, names: list[str], source: str) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
-        raise InputError(source, f"{what} {quoted(twice[0])}", "the name is given twice: choose another")
+        raise InputError(source, f"{what} {quote(twice[0])}", "the name is given twice: choose another")
 
 
 def _wrong(source: str, joint: LinkJoint, what: str) -> InputError:
-    return InputError(source, f"joint {quoted(joint.name)}", what)
+    return InputError(source, f"joint {quote(joint.name)}", what)

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.machine.formats.robots.description import JointType, Placement
-from symoro_elastic.machine.formats.robots.mjcf_model import Compiled
-from symoro_elastic.machine.names import distinct, quoted
+from symoro_elastic.formats.robots.mjcf_model import Compiled
+from symoro_elastic.formats.robots.robot import JointType, Placement
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.names import distinct, quote
 
 WORLD = "world"
 TYPES = {"mjJNT_HINGE": JointType.REVOLUTE, "mjJNT_SLIDE": JointType.PRISMATIC, "mjJNT_FREE": JointType.FLOATING}
@@ -78,8 +78,8 @@ class Bodies:
         if len(free_roots) < len(self._moving_roots):
             return tuple(free_roots)
         if len(free_roots) > 1:
-            shown = ", ".join(quoted(self.names[b]) for b in free_roots[:5])
-            raise self.compiled.error("bodies", f"{shown} float, each by itself: leave one machine in the file")
+            shown = ", ".join(quote(self.names[b]) for b in free_roots[:5])
+            raise self.compiled.error("bodies", f"{shown} float independently: leave one machine in the file")
         if not free_roots:
             raise self.compiled.error("bodies", "no joint: nothing moves")
         return ()

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.machine.formats.robots.description import JointType
-from symoro_elastic.machine.formats.robots.mjcf_bodies import Bodies, Freedom
-from symoro_elastic.machine.names import quoted
+from symoro_elastic.formats.robots.mjcf_bodies import Bodies, Freedom
+from symoro_elastic.formats.robots.robot import JointType
+from symoro_elastic.machine.names import quote
 
 ON_JOINTS = ("mjTRN_JOINT", "mjTRN_JOINTINPARENT")
 
@@ -27,7 +27,7 @@ class Forces:
         """
         model, j = self.bodies.model, freedom.number
         if reason := next(self._faults(freedom), None):
-            raise self.bodies.compiled.error(f"joint {quoted(self.bodies.joint_names[j])}", reason)
+            raise self.bodies.compiled.error(f"joint {quote(self.bodies.joint_names[j])}", reason)
         if self._is_ball(freedom):
             return {"driven": False}
         v, actuators = model.jnt_dofadr[j], self.actuators.get(j, [])
@@ -78,7 +78,7 @@ class Forces:
         return freedom.name != self.bodies.joint_names[freedom.number]
 
     def _faults(self, freedom: Freedom) -> Iterator[str]:
-        """What is no force of a machine, and the way out."""
+        """What is not a force of a machine, and the way out."""
         model, j = self.bodies.model, freedom.number
         v = model.jnt_dofadr[j]
         several = 6 if freedom.type is JointType.FLOATING else 3 if self._is_ball(freedom) else 0
@@ -101,4 +101,4 @@ class Forces:
         }
         for key, value in given.items():
             if value:
-                yield f"it is a {kind} joint with {key}: those of machines have none, write {key} = 0"
+                yield f"it is a {kind} joint with {key}, which is not modelled: write {key} = 0"

@@ -7,40 +7,30 @@ that carry nothing keep their frames, as fixed rows at the end. Frame 0 is that 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.robots.axis_frames import Axis, frame_on
-from symoro_elastic.machine.formats.robots.bodies import body_of
-from symoro_elastic.machine.formats.robots.description import (
-    Connection,
-    Description,
-    JointType,
-    LinkJoint,
-    Placement,
+from symoro_elastic.formats.robots.axis_frames import Axis, frame_on
+from symoro_elastic.formats.robots.displacements import (
+    ROUNDING,
+    Tolerance,
+    length_cell,
+    number_cell,
+    placement_of,
+    rows_of,
 )
-from symoro_elastic.machine.formats.robots.followed import Followers
-from symoro_elastic.machine.formats.robots.rows import Tolerance, length_cell, number_cell, placement_of, rows_of
-from symoro_elastic.machine.formats.robots.tree import Tree, tree_of
-from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.machine import (
-    Base,
-    Body,
-    Closing,
-    Floating,
-    Friction,
-    Joint,
-    Kind,
-    Loop,
-    Machine,
-    Spring,
-    Vector3,
-)
-from symoro_elastic.machine.names import did_you_mean, listed, quoted
+from symoro_elastic.formats.robots.joint_tree import Tree, tree_of
+from symoro_elastic.formats.robots.robot import Connection, Description, JointType, Link, LinkJoint, Mimicked, Placement
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import DescribedMachine, Origin
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import Base, Body, Closing, Floating, Friction, Joint, Kind, Loop, Spring, Vector3
+from symoro_elastic.machine.names import did_you_mean, list_of_names, quote
 from symoro_elastic.machine.springs_beside_motors import with_springs_beside
 
 SEAT, CUT, END = "_seat", "_cut", "_end"
@@ -63,11 +53,11 @@ class Deviation:
 class Table:
     """The table of a robot and what it leaves of it: `machine`, and the `deviation` of its frames at position 0."""
 
-    machine: Machine
+    machine: DescribedMachine
     deviation: Deviation
 
 
-def machine_of(description: Description, source: str) -> Machine:
+def machine_of(description: Description, source: str) -> DescribedMachine:
     """The machine with the exact table of a robot; raises `InputError` that names the joint or the link."""
     return table_of(description, source).machine
 
@@ -111,16 +101,16 @@ class _Builder:
     snap: float
 
     @cached_property
-    def machine(self) -> Machine:
+    def machine(self) -> DescribedMachine:
         """The machine with the table."""
         description = self.tree.description
-        machine = Machine(
+        machine = DescribedMachine(
             name=description.name,
             joints=tuple(self._following(row) for row in self.rows),
             base=Base(gravity=_vector(description.gravity)),
             floating=Floating(body=self._body_on(None)) if self.tree.floating else None,
-            remarks=(*description.remarks, *self._remarks()),
             source=self.source,
+            origin=Origin(remarks=(*description.remarks, *self._remarks())),
         )
         return with_springs_beside(replace(machine, loops=tuple(self._loops(machine))))
 
@@ -128,16 +118,16 @@ class _Builder:
         """What the table holds that the user of the robot may not expect."""
         followers = [joint.name for joint in self.tree.moving if joint.follows]
         if followers:
-            yield f"joints that mimic others are coupled rows, without a variable: {listed(followers)}"
+            yield f"joints that mimic others become coupled rows, without a variable: {list_of_names(followers)}"
         unknown = [one.name for one in self.tree.moving if all(x.frame_only for x, _ in self.tree.links_on(one))]
         empty = [row.name for row in self.rows if row.name in unknown and row.rotor_inertia.is_zero]
         if empty:
-            yield f"no mass is given for the links on these joints, none is taken: {listed(empty)}"
+            yield f"the links on these joints have no mass in the file and are massless: {list_of_names(empty)}"
         on_base = [joint for joint in self.tree.moving if self.tree.carrier(joint) is None]
         held = sum(link.mass for link, _ in self.tree.links_on(None))
         if held and len(on_base) > 1 and not self.tree.floating:
             yield (
-                f"link {quoted(self.tree.root)} is held, its mass of {held:g} kg is at rest: a base that floats is the "
+                f"link {quote(self.tree.root)} is held, its mass of {held:g} kg is at rest: a floating base is the "
                 "child of a floating joint"
             )
 
@@ -184,22 +174,22 @@ class _Builder:
         """The cut joint of a loop, and the frame that it meets."""
         on = ((CUT, connection.first, connection.on_first), (END, connection.second, connection.on_second))
         for suffix, link, place in on:
-            if link not in self.tree.carried:
-                what = f"{quoted(link)} is no link that the robot moves{did_you_mean(link, self.tree.carried)}"
-                raise InputError(self.source, f"connection {quoted(connection.name)}", what)
-            carried = self.tree.carried[link]
+            if link not in self.tree.carrying:
+                what = f"{quote(link)} is not a link that the robot moves{did_you_mean(link, self.tree.carrying)}"
+                raise InputError(self.source, f"connection {quote(connection.name)}", what)
+            carried = self.tree.carrying[link]
             target = carried.placement * place
             if not connection.weld:
                 target = Placement(self._frame_of(carried.joint).rotation, target.translation)
             yield Placed(connection.name + suffix, carried.joint, target, is_cut=suffix == CUT)
 
-    def _loops(self, machine: Machine) -> Iterator[Loop]:
+    def _loops(self, machine: DescribedMachine) -> Iterator[Loop]:
         """The loops that the connections close: the last rows of the machine are their ends."""
         connections = self.tree.description.connections
         ends = self.numbers[len(self.numbers) - 2 * len(connections) :]
         for connection, cut, end in zip(connections, ends[::2], ends[1::2], strict=True):
             loop = Loop(connection.name, cut, end, Closing.FRAME if connection.weld else Closing.POINT)
-            owners = map(machine.joint, machine.owners_in(loop)) if connection.start else ()
+            owners = map(machine.joint, machine.with_variable_in(loop)) if connection.start else ()
             start = {str(one.variable): number_cell(connection.start.get(one.name, 0.0)) for one in owners}
             yield replace(loop, start=start)
 
@@ -284,7 +274,7 @@ def kind_of(joint: LinkJoint, source: str) -> Kind:
     """The kind of a joint that moves, that of its motor where it has a spring too; raises `InputError`."""
     if joint.follows and joint.stiffness:
         what = "it has a spring and follows another joint: a coupled row has no spring"
-        raise InputError(source, f"joint {quoted(joint.name)}", what)
+        raise InputError(source, f"joint {quote(joint.name)}", what)
     if joint.follows:
         return Kind.COUPLED
     if joint.driven:
@@ -313,3 +303,95 @@ def with_forces(row: Joint, joint: LinkJoint) -> Joint:
 def _vector(values: Iterable[float]) -> Vector3:
     x, y, z = (length_cell(value, 0.0) for value in values)
     return x, y, z
+
+
+ENTRIES = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+
+
+def body_of(links: Iterable[tuple[Link, Placement]], length: float, products: float = 0.0) -> Body:
+    """The body that links with these placements make, about its centre of mass in the frame of the placements.
+
+    Coordinates of the centre below `length`, m, and products of inertia below `products` of the trace are zero.
+    """
+    placed = [
+        (link.mass, place.rotation @ link.center + place.translation, _turned(link, place)) for link, place in links
+    ]
+    mass = float(sum(m for m, _, _ in placed))
+    center = sum((m * c for m, c, _ in placed), np.zeros(3)) / mass if mass else np.zeros(3)
+    inertia = sum((tensor + m * _point_mass(c - center) for m, c, tensor in placed), np.zeros((3, 3)))
+    trace = float(np.trace(inertia))
+    least = [max(products, ROUNDING) * trace, ROUNDING * trace]
+    if not mass and not np.any(inertia):
+        return Body()
+    x, y, z = (length_cell(float(entry), length) for entry in center)
+    xx, xy, xz, yy, yz, zz = (length_cell(float(inertia[i, k]), least[i == k]) for i, k in ENTRIES)
+    return Body(length_cell(mass, 0.0), (x, y, z), (xx, xy, xz, yy, yz, zz), central=True)
+
+
+def _turned(link: Link, place: Placement) -> Array:
+    """The inertia of a link about its centre of mass, in axes of the frame in which it is placed."""
+    turned: Array = place.rotation @ link.inertia @ place.rotation.T
+    return turned
+
+
+def _point_mass(c: Array) -> Array:
+    """Inertia about the origin of a unit mass at c."""
+    tensor: Array = (c @ c) * np.eye(3) - np.outer(c, c)
+    return tensor
+
+
+@dataclass(frozen=True)
+class Followers:
+    """The joints of a robot that follow others."""
+
+    tree: Tree
+    source: str
+
+    def leader(self, joint: LinkJoint) -> Mimicked:
+        """The joint with a variable of its own that a joint follows, through others that follow it too.
+
+        Raises `InputError` for one that follows itself, or no joint that moves.
+        """
+        joints = {one.name: one for one in self.tree.description.joints}
+        found, seen = joint.follows, [joint.name]
+        assert found is not None
+        while True:
+            if found.joint not in joints:
+                what = f"it mimics {quote(found.joint)}, which is not a joint{did_you_mean(found.joint, joints)}"
+                raise self._wrong(joint, what)
+            leader = joints[found.joint]
+            if leader.name in seen:
+                raise self._wrong(joint, f"it mimics {quote(leader.name)}, which mimics it: break the cycle")
+            if leader.type in (JointType.FIXED, JointType.FLOATING):
+                raise self._wrong(joint, f"it mimics {quote(leader.name)}, which has no variable of its own")
+            if not any((found.multiplier, *found.powers)):
+                raise self._wrong(joint, "its multiplier is 0: a joint that does not move is fixed")
+            if leader.follows is None:
+                return found
+            seen.append(leader.name)
+            found = _composed(found, leader.follows)
+
+    def cell(self, joint: LinkJoint, offset: Formula, variables: Mapping[str, str]) -> Formula:
+        """The cell of a joint that follows another: a polynomial of that variable, and the offset of the joint."""
+        leader = self.leader(joint)
+        types = {one.name: one.type for one in self.tree.description.joints}
+        variable = variables[leader.joint]
+        if abs(leader.multiplier) == 1.0 and types[leader.joint] is joint.type:
+            text = variable if leader.multiplier > 0 else f"-{variable}"
+        else:
+            text = f"{number_cell(leader.multiplier)}*{variable}"
+        first = [text] if leader.multiplier else []
+        powers = [f"({number_cell(x)})*{variable}^{k}" for k, x in enumerate(leader.powers, start=2) if x]
+        terms = [term for term in (offset, number_cell(leader.offset)) if not term.is_zero]
+        constants = [f"({term})" if term.text[0] == "-" else term.text for term in terms]
+        return Formula.parse(" + ".join([*first, *powers, *constants]))
+
+    def _wrong(self, joint: LinkJoint, what: str) -> InputError:
+        return InputError(self.source, f"joint {quote(joint.name)}", what)
+
+
+def _composed(outer: Mimicked, inner: Mimicked) -> Mimicked:
+    """What a joint follows through another one that follows it."""
+    law, of = (Polynomial([one.offset, one.multiplier, *one.powers]) for one in (outer, inner))
+    offset, multiplier, *powers = map(float, law(of).coef)
+    return Mimicked(inner.joint, multiplier, offset, tuple(powers))

@@ -12,7 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 
 
 class JointType(StrEnum):

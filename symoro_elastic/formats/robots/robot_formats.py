@@ -7,12 +7,15 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from symoro_elastic.machine.formats.files import UTF_8, WESTERN
-from symoro_elastic.machine.formats.format import Format
+from symoro_elastic.formats.files import UTF_8, WESTERN
+from symoro_elastic.formats.format import Format
+from symoro_elastic.machine import format_names
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.format_names import FormatName
 from symoro_elastic.machine.machine import Machine
 
 if TYPE_CHECKING:
-    from symoro_elastic.machine.formats.robots.description import Description
+    from symoro_elastic.formats.robots.robot import Description
 
 
 def _describe(module: str, text: str, source: str) -> Description:
@@ -21,24 +24,24 @@ def _describe(module: str, text: str, source: str) -> Description:
     return describe(text, source)
 
 
-def _read(module: str, text: str, source: str) -> Machine:
+def _read(module: str, text: str, source: str) -> DescribedMachine:
     """The machine with the exact table of the robot in a text."""
-    from symoro_elastic.machine.formats.robots.modified_dh import machine_of
+    from symoro_elastic.formats.robots.modified_dh import machine_of
 
     return machine_of(_describe(module, text, source), source)
 
 
 def _write_urdf(machine: Machine) -> str:
-    from symoro_elastic.machine.formats.robots.urdf_writing import write
+    from symoro_elastic.formats.robots.urdf_writing import write
 
     return write(machine)
 
 
-def _format(title: str, suffix: str, module: str, write: Callable[[Machine], str] | None = None) -> Format:
+def _format(named: FormatName, module: str, write: Callable[[Machine], str] | None = None) -> Format:
     describe, read = partial(_describe, module), partial(_read, module)
-    return Format(title, (suffix,), read, write, (UTF_8, WESTERN), describe)
+    return Format(named, read, write, (UTF_8, WESTERN), describe)
 
 
-URDF = _format("URDF", ".urdf", "urdf", _write_urdf)
-MJCF = _format("MJCF", ".xml", "mjcf")
-DISTAL = _format("standard DH table", ".csv", "standard_dh")
+URDF = _format(format_names.URDF, "urdf", _write_urdf)
+MJCF = _format(format_names.MJCF, "mjcf")
+DISTAL = _format(format_names.DISTAL, "standard_dh")

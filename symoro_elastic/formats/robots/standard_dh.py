@@ -17,17 +17,17 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.files import name_of
+from symoro_elastic.formats.robots.displacements import about_x, about_z
+from symoro_elastic.formats.robots.distal_columns import COLUMNS, SCALES, TYPES, DistalColumn
+from symoro_elastic.formats.robots.modified_dh import machine_of
+from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Placement
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine import formula
-from symoro_elastic.machine.formats.files import name_of
-from symoro_elastic.machine.formats.robots.description import Description, JointType, Link, LinkJoint, Placement
-from symoro_elastic.machine.formats.robots.distal_columns import COLUMNS, SCALES, TYPES, DistalColumn
-from symoro_elastic.machine.formats.robots.modified_dh import machine_of
-from symoro_elastic.machine.formats.robots.rows import about_x, about_z
-from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import NONE, Reasons, did_you_mean, quoted
-from symoro_elastic.machine.renaming import renamed
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.names import NONE, Reasons, did_you_mean, quote
+from symoro_elastic.machine.valid_names import with_valid_names
 
 BASE, TOOL = "base", "tool"
 TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -105,7 +105,7 @@ def _joint(row: DistalLink, parent: str, child: str, place: Placement) -> LinkJo
     )
 
 
-def of_robot(robot: Any, name: str = "", taken: Reasons = NONE) -> Machine:
+def of_robot(robot: Any, name: str = "", taken: Reasons = NONE) -> DescribedMachine:
     """The machine of a robot of the Robotics Toolbox, or of any object with `links` that have the same attributes.
 
     These are a, d, alpha, theta, offset, sigma (0 revolute, 1 prismatic), mdh, m, r, I, Jm, G, B, Tc; without one it is
@@ -123,7 +123,7 @@ def of_robot(robot: Any, name: str = "", taken: Reasons = NONE) -> Machine:
     machine = machine_of(
         Description(description.name, description.links, description.joints, remarks=(*remarks,)), title
     )
-    return renamed(machine, taken)
+    return with_valid_names(machine, taken)
 
 
 def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:
@@ -134,9 +134,9 @@ def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:
         try:
             found = np.zeros(count) if value is None else np.asarray(value, dtype=float).ravel()
         except (TypeError, ValueError):
-            raise InputError(source, name, f"{key} = {quoted(value)} is no number") from None
+            raise InputError(source, name, f"{key} = {quote(value)} is not a number") from None
         if found.size != count or not np.isfinite(found).all():
-            raise InputError(source, name, f"{key} = {quoted(value)} must be {count} finite numbers")
+            raise InputError(source, name, f"{key} = {quote(value)} must be {count} finite numbers")
         return found
 
     if getattr(link, "flip", False) or getattr(link, "isflip", False):
@@ -184,7 +184,7 @@ def describe(text: str, source: str) -> Description:
             raise InputError(source, "line 1", f"the column {required} is missing")
     for column in names:
         if names.count(column) > 1:
-            raise InputError(source, "line 1", f"the column {column} stands there twice")
+            raise InputError(source, "line 1", f"the column {column} occurs twice")
     rows = [_row(cells, columns, k, source) for k, cells in enumerate(lines[1:], start=1)]
     return describe_links(name_of(Path(source).stem), rows)
 
@@ -195,10 +195,10 @@ def _column(word: str, source: str) -> tuple[DistalColumn, float]:
     known = {column.name: column for column in COLUMNS}
     if not match or match[1] not in known:
         names = did_you_mean(match[1] if match else word, known)
-        raise InputError(source, "line 1", f"{quoted(word.strip())} is no column of a table{names}")
+        raise InputError(source, "line 1", f"{quote(word.strip())} is not a column of a table{names}")
     column, unit = known[match[1]], match[2] or ""
     if unit and unit not in {column.unit, *SCALES.get(column.unit, {})}:
-        raise InputError(source, "line 1", f"{quoted(word.strip())}: the unit is {column.unit or 'none'}")
+        raise InputError(source, "line 1", f"{quote(word.strip())}: the unit is {column.unit or 'none'}")
     return column, SCALES.get(column.unit, {}).get(unit, 1.0)
 
 
@@ -210,7 +210,7 @@ def _row(cells: Sequence[str], columns: Sequence[tuple[DistalColumn, float]], nu
     scales = {column.name: scale for column, scale in columns}
     type_ = texts.pop("type", "") or "R"
     if type_ not in TYPES:
-        raise InputError(source, place, f"type = {quoted(type_)} must be one of {', '.join(TYPES)}")
+        raise InputError(source, place, f"type = {quote(type_)} must be one of {', '.join(TYPES)}")
     name = texts.pop("name", "") or f"joint{number}"
     values: dict[str, Any] = dict(_numbers(texts, scales, place, source))
     center = np.array([values.pop(key, 0.0) for key in ("cx", "cy", "cz")])
@@ -234,7 +234,7 @@ def _numbers(
         try:
             value = formula.number(text)
         except formula.FormulaError as error:
-            raise InputError(source, f"{place}, {name}", f"{quoted(text)}: {error}") from None
+            raise InputError(source, f"{place}, {name}", f"{quote(text)}: {error}") from None
         if value < 0 and name in nonnegative:
             raise InputError(source, f"{place}, {name}", f"it is negative: {value:g}")
         yield name, value * scales[name] if math.isfinite(value) else value

@@ -1,32 +1,24 @@
 """URDF as links and joints.
 
-Lengths of axes, limits, shapes and what simulators add are no part of a model; what changes one and cannot be taken
-is told in `remarks`.
+Lengths of axes, limits, shapes and what simulators add are not part of a model; what changes one and cannot be taken
+is reported in `remarks`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.files import name_of
-from symoro_elastic.machine.formats.robots.description import (
-    Description,
-    JointType,
-    Link,
-    LinkJoint,
-    Mimicked,
-    Placement,
-)
-from symoro_elastic.machine.formats.robots.transmissions import Rotors
-from symoro_elastic.machine.formats.robots.xml_text import numbers, parsed
-from symoro_elastic.machine.names import listed, quoted
+from symoro_elastic.formats.files import name_of
+from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Mimicked, Placement
+from symoro_elastic.formats.robots.xml_text import numbers, root_element
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.names import list_of_names, quote
 
 TYPES = {
     "revolute": JointType.REVOLUTE,
@@ -45,7 +37,7 @@ NOT_OF_LENGTH_ONE = 1e-3
 
 def describe(text: str, source: str) -> Description:
     """The robot in a URDF text; raises `InputError` that names the link or the joint."""
-    robot = parsed(text, source)
+    robot = root_element(text, source)
     _refuse_others(robot, source)
     rotors = Rotors(robot, source)
     links = tuple(_link(link, source) for link in robot.findall("link"))
@@ -82,7 +74,7 @@ def _modelled(robot: Element) -> Iterator[Element]:
 
 def _link(link: Element, source: str) -> Link:
     name = _name(link, source)
-    place = f"link {quoted(name)}"
+    place = f"link {quote(name)}"
     inertial = link.find("inertial")
     if inertial is None:
         return Link(name)
@@ -102,10 +94,10 @@ def _entry(tensor: Element, key: str, source: str, place: str) -> float:
 
 def _joint(joint: Element, rotors: Rotors, source: str) -> LinkJoint:
     name = _name(joint, source)
-    place = f"joint {quoted(name)}"
+    place = f"joint {quote(name)}"
     kind = joint.get("type", "")
     if kind not in TYPES:
-        given = f"{quoted(kind)} is no type of joint: there are {', '.join(TYPES)}"
+        given = f"{quote(kind)} is not a type of joint: there are {', '.join(TYPES)}"
         raise InputError(source, place, PLANAR if kind == "planar" else given)
     type_ = TYPES[kind]
     damping, friction = _dynamics(joint, source, place)
@@ -205,13 +197,13 @@ def _remarks(robot: Element) -> Iterator[str]:
         yield "meshes, package:// and others, are not read: a model needs masses, not shapes"
     others = dict.fromkeys(e.tag for e in robot if e.tag not in MODELLED | WITHOUT_EFFECT)
     if others:
-        yield f"elements that URDF does not define are not read: {listed(others)}"
+        yield f"elements that URDF does not define are not read: {list_of_names(others)}"
     springs = [e.get("reference", "") for e in robot.findall("gazebo") if e.find("springStiffness") is not None]
     if springs:
-        yield f"springs for Gazebo are not read: joint {listed(springs)}; give them by convert --elastic JOINT=K"
+        yield f"springs for Gazebo are not read: joint {list_of_names(springs)}; give them by convert --elastic JOINT=K"
     odd = [joint.get("name", "") for joint in robot.findall("joint") if _is_long(joint)]
     if odd:
-        yield f"axes that are not of length 1 give directions only: joint {listed(odd)}"
+        yield f"axes that are not of length 1 give directions only: joint {list_of_names(odd)}"
 
 
 def _is_long(joint: Element) -> bool:
@@ -221,3 +213,53 @@ def _is_long(joint: Element) -> bool:
         return False
     length = math.hypot(*map(float, axis.get("xyz", "").split()))
     return abs(length - 1.0) > NOT_OF_LENGTH_ONE
+
+
+ROTOR, RATIO = "drake:rotor_inertia", "drake:gear_ratio"
+
+
+class Rotors:
+    """The transmissions of a robot, by the joints that they drive."""
+
+    def __init__(self, robot: Element, source: str) -> None:
+        self.source = source
+        self.by_joint: dict[str, Element] = {}
+        for transmission in robot.findall("transmission"):
+            for joint in transmission.findall("joint"):
+                self.by_joint.setdefault(joint.get("name", ""), transmission)
+
+    def inertia(self, joint: str) -> float:
+        """Inertia of the rotor as the joint feels it: that of Drake's elements, by the square of the gear ratio."""
+        actuator = self._actuator(joint)
+        if actuator is None or actuator.find(ROTOR) is None:
+            return 0.0
+        inertia, ratio = (self._value(actuator, tag, joint) for tag in (ROTOR, RATIO))
+        if inertia < 0:
+            raise InputError(self.source, f"joint {quote(joint)}", f"its rotor inertia is negative: {inertia:g}")
+        return inertia * ratio * ratio
+
+    def remarks(self, joints: Iterable[LinkJoint]) -> Iterator[str]:
+        """That reductions are not applied, and that joints without transmission have motors all the same."""
+        own = [j.name for j in joints if j.type is not JointType.FIXED and j.follows is None]
+        reduced = [name for name in own if self._is_reduced(name) and not self.inertia(name)]
+        if reduced:
+            yield (
+                "motor torques are those on the joints: mechanicalReduction is not applied, and no rotor inertia is "
+                f"known; give it in [motors] ({list_of_names(reduced)})"
+            )
+        without = [name for name in own if name not in self.by_joint]
+        if self.by_joint and without:
+            yield f'no transmission drives {list_of_names(without)}: motors here; kind = "passive" removes them'
+
+    def _actuator(self, joint: str) -> Element | None:
+        transmission = self.by_joint.get(joint)
+        return None if transmission is None else transmission.find("actuator")
+
+    def _value(self, actuator: Element, tag: str, joint: str) -> float:
+        found = actuator.find(tag)
+        return 1.0 if found is None else numbers(found, "value", None, 1, self.source, f"joint {quote(joint)}")[0]
+
+    def _is_reduced(self, joint: str) -> bool:
+        transmission = self.by_joint.get(joint)
+        texts = [] if transmission is None else [e.text or "" for e in transmission.iter("mechanicalReduction")]
+        return any(text.strip() not in ("", "1", "1.0") for text in texts)

@@ -14,15 +14,15 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.formats.robots.displacements import ROUNDING, about_x, about_z
+from symoro_elastic.formats.robots.robot import Placement
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.checks import parameter_values, place_of
 from symoro_elastic.machine.columns import Cell, cells
-from symoro_elastic.machine.formats.robots.description import Placement
-from symoro_elastic.machine.formats.robots.rows import ROUNDING, about_x, about_z
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
-from symoro_elastic.machine.names import quoted
+from symoro_elastic.machine.names import quote
 
 GRAVITY = (0.0, 0.0, -9.81)
 FAR = "1e9"
@@ -98,7 +98,11 @@ class _Writer:
             raise machine.error("bodies", "base parameters are not those of bodies: convert without --base")
         for j, joint in enumerate(machine.joints, start=1):
             if joint.kind not in EXPRESSED:
-                what = NOT_EXPRESSED["springs"] if joint.kind is Kind.ELASTIC else "URDF does not say what has no motor"
+                what = (
+                    NOT_EXPRESSED["springs"]
+                    if joint.kind is Kind.ELASTIC
+                    else "URDF cannot say which joint has no motor"
+                )
                 raise machine.error(place_of(j, joint, "kind"), f"{joint.kind.value}: {what}")
             for cell, formula in cells(joint):
                 if cell.column.section in NOT_EXPRESSED and not formula.is_zero:
@@ -192,7 +196,7 @@ class _Writer:
             return None
         found = _linear(row.selected.tree, self.values, names) if row.kind is Kind.COUPLED and len(names) == 1 else None
         if found is None:
-            what = f"{quoted(row.selected)}: URDF has joints that follow one other in proportion, no other couplings"
+            what = f"{quote(row.selected)}: URDF has joints that follow one other in proportion, no other couplings"
             raise self.machine.error(place_of(j, row, SELECTED[row.sigma]), what)
         (variable,), (factor, offset) = names, found
         return Following(variable, factor, offset)

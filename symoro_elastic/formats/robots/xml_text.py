@@ -5,14 +5,14 @@ from __future__ import annotations
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.names import quoted
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.names import quote
 
 MOST_DEPTH = 400
 MOST_ELEMENTS = 200_000
 
 
-def parsed(text: str, source: str) -> Element:
+def root_element(text: str, source: str) -> Element:
     """The root element of an XML text, which may begin with empty lines; raises `InputError` that names the line."""
     begun = text.lstrip()
     reader = _Reader(source, text.count("\n", 0, len(text) - len(begun)))
@@ -38,14 +38,14 @@ class _Reader:
         self.parser.CharacterDataHandler = self.builder.data
 
     def _refuse_doctype(self, *_: object) -> None:
-        raise self._wrong("a DOCTYPE, which may hold entities: take it out")
+        raise self._wrong("a DOCTYPE, which may hold entities: remove it")
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         self.depth, self.count = self.depth + 1, self.count + 1
         if self.depth > MOST_DEPTH:
-            raise self._wrong(f"elements are nested more than {MOST_DEPTH} deep: no robot is described so")
+            raise self._wrong(f"elements are nested more than {MOST_DEPTH} deep: too deep for a description of a robot")
         if self.count > MOST_ELEMENTS:
-            raise self._wrong(f"more than {MOST_ELEMENTS} elements: no robot is described so")
+            raise self._wrong(f"more than {MOST_ELEMENTS} elements: too many for a description of a robot")
         self.builder.start(tag, attributes)
 
     def _end(self, tag: str) -> None:
@@ -68,7 +68,7 @@ def numbers(element: Element, key: str, default: str | None, count: int, source:
         raise InputError(source, place, f"<{element.tag}> lacks {key}")
     words = text.split()
     if len(words) != count:
-        what = f"{key} = {quoted(text)} must be {'a number' if count == 1 else f'{count} numbers'}"
+        what = f"{key} = {quote(text)} must be {'a number' if count == 1 else f'{count} numbers'}"
         raise InputError(source, place, f"<{element.tag}> {what}")
     return [_number(word, f"<{element.tag}> {key}", source, place) for word in words]
 
@@ -77,7 +77,7 @@ def _number(word: str, what: str, source: str, place: str) -> float:
     try:
         value = float("" if "_" in word else word)
     except ValueError:
-        raise InputError(source, place, f"{what}: {quoted(word)} is no number") from None
+        raise InputError(source, place, f"{what}: {quote(word)} is not a number") from None
     if not abs(value) < float("inf"):
-        raise InputError(source, place, f"{what}: {quoted(word)} is not finite")
+        raise InputError(source, place, f"{what}: {quote(word)} is not finite")
     return value

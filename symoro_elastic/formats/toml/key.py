@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.machine.formats.tables import Number, Table
+from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import did_you_mean, quote
 
 Schema = Mapping[str, Any]
 """A part of a JSON Schema."""
@@ -34,7 +34,7 @@ DEFINITIONS: Schema = {
 }
 
 
-def defined(name: str) -> Schema:
+def reference_to(name: str) -> Schema:
     """The schema that refers to a definition."""
     return {"$ref": f"#/$defs/{name}"}
 
@@ -107,7 +107,7 @@ class Section:
         """What the schema says of the table."""
         one = {
             "type": "object",
-            "properties": {key.name: described(key) for key in self.keys},
+            "properties": {key.name: schema_of(key) for key in self.keys},
             "required": [key.name for key in self.keys if key.is_required],
             "additionalProperties": False,
             **self.rules,
@@ -115,7 +115,9 @@ class Section:
         if self.rows:
             return {"type": "array", "items": one, "minItems": 1}
         return (
-            {"type": "object", "propertyNames": defined("name"), "additionalProperties": one} if self.entries else one
+            {"type": "object", "propertyNames": reference_to("name"), "additionalProperties": one}
+            if self.entries
+            else one
         )
 
     @property
@@ -126,7 +128,7 @@ class Section:
         return Type("table of tables" if self.entries else "table", self.schema, Table.table)
 
 
-def described(key: Key) -> Schema:
+def schema_of(key: Key) -> Schema:
     """What the schema says of a key."""
     notes = [key.unit, key.otherwise and f"default {key.otherwise}"]
     said = "; ".join(note for note in notes if note)
@@ -159,7 +161,7 @@ def _number(table: Table, key: str) -> float:
 
 def _value(table: Table, key: str, cell: Formula) -> float:
     for name in sorted(cell.names):
-        raise table.fail(key, f"{quoted(name)} is a name: only numbers stand here, and formulas of numbers")
+        raise table.fail(key, f"{quote(name)} is a name: only numbers and formulas of numbers are allowed here")
     try:
         return cell.table_value()
     except FormulaError as error:
@@ -187,28 +189,28 @@ def _tensor(table: Table, key: str) -> tuple[Formula, ...]:
 def _list_schema(*lengths: int) -> Schema:
     return {
         "type": "array",
-        "items": defined("formula"),
+        "items": reference_to("formula"),
         "anyOf": [{"minItems": length, "maxItems": length} for length in lengths],
     }
 
 
 TEXT = Type("text", {"type": "string"}, Table.text)
-NAMED = Type("name", defined("name"), Table.text)
-TEXTS = Type("list of texts", defined("names"), _texts)
+NAMED = Type("name", reference_to("name"), Table.text)
+TEXTS = Type("list of texts", reference_to("names"), _texts)
 TRUTH = Type("true or false", {"type": "boolean"}, Table.truth)
 WHOLE = Type("whole number", {"type": "integer"}, Table.whole)
-FORMULA = Type("number or formula", defined("formula"), Table.formula)
-NOT_NEGATIVE = Type("number or formula, not negative", defined("nonnegative"), Table.formula)
+FORMULA = Type("number or formula", reference_to("formula"), Table.formula)
+NOT_NEGATIVE = Type("number or formula, not negative", reference_to("nonnegative"), Table.formula)
 VECTOR = Type("3 numbers or formulas", _list_schema(3), Table.vector)
 TENSOR = Type("3 or 6 numbers or formulas", _list_schema(3, 6), _tensor)
 FORMULAS = Type(
-    "table of numbers or formulas", {"type": "object", "additionalProperties": defined("formula")}, _formulas
+    "table of numbers or formulas", {"type": "object", "additionalProperties": reference_to("formula")}, _formulas
 )
-NUMBER = Type("number, or formula of numbers", defined("formula"), _number)
-NUMBERS = Type("table of numbers", {"type": "object", "additionalProperties": defined("formula")}, _numbers)
+NUMBER = Type("number, or formula of numbers", reference_to("formula"), _number)
+NUMBERS = Type("table of numbers", {"type": "object", "additionalProperties": reference_to("formula")}, _numbers)
 NUMBER_OR_NUMBERS = Type("number, or table of numbers", {"anyOf": [NUMBER.schema, NUMBERS.schema]}, _number_or_numbers)
 LISTS_OF_TEXTS = Type(
-    "table of lists of texts", {"type": "object", "additionalProperties": defined("names")}, _lists_of_texts
+    "table of lists of texts", {"type": "object", "additionalProperties": reference_to("names")}, _lists_of_texts
 )
 TABLE_OF_TEXTS = Type("table of texts", {"type": "object", "additionalProperties": {"type": "string"}}, _table_of_texts)
 NOTHING = {FORMULA: ZERO, NOT_NEGATIVE: ZERO, VECTOR: NO_VECTOR, TENSOR: NO_INERTIA}
@@ -230,7 +232,7 @@ def one_of(known: tuple[str, ...]) -> Type:
     def read(table: Table, key: str) -> str:
         text = table.text(key)
         if text not in known:
-            raise table.fail(key, f"no {key} {quoted(text)}{did_you_mean(text, known)}")
+            raise table.fail(key, f"no {key} {quote(text)}{did_you_mean(text, known)}")
         return text
 
     return Type(" or ".join(f'"{word}"' for word in known), {"enum": list(known)}, read)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from symoro_elastic.machine.columns import AXES, CENTRAL, Column, declared
-from symoro_elastic.machine.formats import keys
-from symoro_elastic.machine.formats.keys import Key, Section, Type, defined, one_of, some_of
-from symoro_elastic.machine.formats.motion_keys import MOTIONS, OF_MOTION, WANTED
-from symoro_elastic.machine.formats.tables import Number, Table, is_not_finite
+from symoro_elastic.formats.toml import key as keys
+from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to, some_of
+from symoro_elastic.formats.toml.motion_keys import MOTIONS, OF_MOTION, WANTED
+from symoro_elastic.formats.toml.tables import Number, Table, is_not_finite
+from symoro_elastic.machine.columns import AXES, CENTRAL, Column, declared_columns
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Base, Body, Closing, Given, Joint, Kind, Orientation
+from symoro_elastic.machine.machine import Base, Body, Closing, Joint, Kind, KnownOfBase, Orientation
 from symoro_elastic.machine.scene import ALL
 from symoro_elastic.quantities.time_steps import TimeStep
 
@@ -66,7 +66,7 @@ UNIT = Key(
     "unit",
     keys.TEXT,
     "unit in kg, m, s, rad, N, J, W, Pa, Hz, as in N m/rad: formulas are checked by it, and it is printed; other text "
-    "is printed only, but mm, deg and the like are refused, as nothing converts values",
+    "is printed only, but mm, deg and the like are refused, because values are not converted",
     '"m"',
     default="",
     otherwise='""',
@@ -74,16 +74,16 @@ UNIT = Key(
 WITH_UNIT = Section("[parameters], an entry", "Value and unit of a parameter.", (VALUE, UNIT))
 PARAMETER = Type(
     "number or formula of numbers, nan for none, or a table",
-    {"anyOf": [defined("formula"), WITH_UNIT.schema]},
+    {"anyOf": [reference_to("formula"), WITH_UNIT.schema]},
     _value_and_unit,
 )
 JOINT_OR_ROW = Type(
-    "name or whole number", {"anyOf": [{"type": "integer", "minimum": 0}, defined("name")]}, _joint_or_row
+    "name or whole number", {"anyOf": [{"type": "integer", "minimum": 0}, reference_to("name")]}, _joint_or_row
 )
-ALL_OR_TEXTS = Type('list of texts, or "all"', {"anyOf": [{"const": ALL}, defined("names")]}, _all_or_texts)
+ALL_OR_TEXTS = Type('list of texts, or "all"', {"anyOf": [{"const": ALL}, reference_to("names")]}, _all_or_texts)
 NAMES_OR_POSITIONS = Type(
     "list of texts, or table of numbers or formulas",
-    {"anyOf": [defined("names"), keys.FORMULAS.schema]},
+    {"anyOf": [reference_to("names"), keys.FORMULAS.schema]},
     _names_or_positions,
 )
 
@@ -104,7 +104,7 @@ SIGMA = Key(
 )
 VARIABLE = Key(
     *("variable", keys.NAMED, "variable of the joint itself, where its cell holds several names", '"d_nut"'),
-    otherwise="the name in the cell that no other joint owns",
+    otherwise="the name in the cell that is not the variable of another joint",
 )
 
 
@@ -128,7 +128,7 @@ JOINTS = Section(
     "joints",
     "A row for each joint, from the base outwards: "
     "iTj = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r).",
-    (NAME, ANTECEDENT, KIND, SIGMA, VARIABLE, *keys_of(declared(Joint, "joints"))),
+    (NAME, ANTECEDENT, KIND, SIGMA, VARIABLE, *keys_of(declared_columns(Joint, "joints"))),
     "joint",
     rows=True,
     rules=BY_KIND,
@@ -149,7 +149,7 @@ DEPENDENT = Key(
     otherwise="the passive joints of the loop",
 )
 START = Key(
-    *("start", keys.FORMULAS, "one rough position of the loop, by joint variable: it tells the branch"),
+    *("start", keys.FORMULAS, "one rough position of the loop, by joint variable: it selects the branch"),
     "{ q2 = 1, q3 = 0.5 }",
     default={},
     otherwise="zero is tried",
@@ -162,7 +162,7 @@ LOOPS = Section(
     "loop",
 )
 
-ABOUT_ORIGIN, ABOUT_CENTER = (keys_of(declared(Body, form=form)) for form in ("column", CENTRAL))
+ABOUT_ORIGIN, ABOUT_CENTER = (keys_of(declared_columns(Body, form=form)) for form in ("column", CENTRAL))
 _NOT_AT_ORIGIN = {"properties": {key.name: False for key in ABOUT_ORIGIN[1:]}}
 BODY = Section(
     "[bodies]",
@@ -184,19 +184,23 @@ def section_of(name: str, owner: type = Joint) -> Section:
     """The table of this name, which has an entry for each joint."""
     if name == "bodies":
         return BODY
-    return Section(f"[{name}]", MEANINGS.get(name, ""), keys_of(declared(owner, name)), "joint")
+    return Section(f"[{name}]", MEANINGS.get(name, ""), keys_of(declared_columns(owner, name)), "joint")
 
 
-OF_JOINTS = tuple(dict.fromkeys(column.section for column in declared(Joint) if column.section != "joints"))
+OF_JOINTS = tuple(dict.fromkeys(column.section for column in declared_columns(Joint) if column.section != "joints"))
 """Names of the tables with an entry for each joint."""
 FLOATING = Key(
     *("floating", one_of(tuple(Orientation)), "the base floats; how its orientation is given", '"quaternion"'),
     otherwise="the base does not float",
 )
 KNOWN = Key(
-    *("known", one_of(tuple(Given)), "what is known of a floating base: the wrench on it, or its acceleration"),
+    *(
+        "known",
+        one_of(tuple(KnownOfBase)),
+        "what is known about a floating base: the wrench on it, or its acceleration",
+    ),
     '"wrench"',
-    default=Given.WRENCH.value,
+    default=KnownOfBase.WRENCH.value,
     otherwise='"wrench"',
 )
 OF_BASE = Key(
@@ -207,7 +211,7 @@ OF_BASE = Key(
 BASE = Section(
     "[base]",
     "Motion of the base: given in the file, or an argument of the models where the base floats.",
-    (*keys_of(declared(Base, "base")), FLOATING, KNOWN, OF_BASE),
+    (*keys_of(declared_columns(Base, "base")), FLOATING, KNOWN, OF_BASE),
     rules={"dependentRequired": {key.name: [FLOATING.name] for key in (KNOWN, OF_BASE)}},
 )
 
@@ -272,7 +276,7 @@ SCENE = Section(
     ),
 )
 
-(GRAVITY,) = keys_of(declared(Base, "")[:1])
+(GRAVITY,) = keys_of(declared_columns(Base, "")[:1])
 FILE_NAME = Key(
     *("name", keys.NAMED, "name of the machine: of the folder and of the functions in C", '"arm"'),
     otherwise="the name of the file",
@@ -282,7 +286,7 @@ PARAMETERS = Key(
     "parameters",
     Type(
         "table of parameters",
-        {"type": "object", "propertyNames": defined("name"), "additionalProperties": PARAMETER.schema},
+        {"type": "object", "propertyNames": reference_to("name"), "additionalProperties": PARAMETER.schema},
         Table.table,
     ),
     "Named numbers, which stay arguments of the generated code.",

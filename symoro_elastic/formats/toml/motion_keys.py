@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symoro_elastic.machine.formats.keys import (
+from symoro_elastic.formats.toml.key import (
     NAMED,
     NUMBER,
     NUMBER_OR_NUMBERS,
@@ -14,7 +14,7 @@ from symoro_elastic.machine.formats.keys import (
     Type,
     list_of_numbers,
 )
-from symoro_elastic.machine.formats.tables import Table
+from symoro_elastic.formats.toml.tables import Table
 from symoro_elastic.machine.prescribed_motion import WRENCH, BaseStart
 
 _OF_BASE = BaseStart()
@@ -102,7 +102,7 @@ BASE_START = Section(
             unit="m/s and rad/s",
         ),
         Key(
-            *("wrench", list_of_numbers(6), "force, then moment about its origin; its weight is no part of it"),
+            *("wrench", list_of_numbers(6), "force, then moment about its origin; its weight is not included"),
             "[0, 0, 34.3, 0, 0, 0]",
             default=_OF_BASE.wrench,
             otherwise="0",
@@ -116,7 +116,7 @@ BASE = Key(
 )
 MOTION = Section(
     "[motion]",
-    "A motion of the motors, each of its own variable: the sum of moves, wobbles and a record. Springs start at "
+    "A motion of the motor coordinates: the sum of moves, wobbles and a record. Springs start at "
     "equilibrium. Values are numbers, or formulas of numbers in quotes. Several motions: [[motion]] for each.",
     (
         Key(
@@ -126,7 +126,7 @@ MOTION = Section(
             otherwise="0, the start of loops, neutral positions of springs",
             unit="rad or m",
         ),
-        Key("duration", NUMBER, "time that is looked at, from 0", "0.25", unit="s"),
+        Key("duration", NUMBER, "simulated time, from 0", "0.25", unit="s"),
         Key(
             *("moves", MOVES.type, "moves from rest to rest"),
             '[{ motor = "motor_x", by = 0.08, from = 0.05, in = 0.15 }]',
@@ -140,11 +140,7 @@ MOTION = Section(
             otherwise="none",
         ),
         Key(
-            *(
-                "file",
-                TEXT,
-                "record beside this file: t, y_<motor>, yd_<motor> ... of all motors, of their own variables",
-            ),
+            *("file", TEXT, "record beside this file: t, y_<motor>, yd_<motor> ... of the coordinates of all motors"),
             '"move.csv"',
             default="",
             otherwise="none",
@@ -183,16 +179,16 @@ MOTIONS = Key(
 )
 WANTED = Section(
     "[wanted]",
-    "What is wanted of a simulated motion: `simulate` and `ladder` choose by it.",
+    "Requirements on a simulated motion, by which `simulate` and `ladder` choose.",
     (
         Key(
-            *("tolerance", NUMBER_OR_NUMBERS, "error that is allowed: a number for all outputs, or by signal"),
+            *("tolerance", NUMBER_OR_NUMBERS, "largest error: a number for all outputs, or by signal"),
             '{ "tool.x" = 1e-6, "motor_x.tau" = 5 }',
             otherwise="none",
             unit="m or rad for a number, else the unit of the signal",
         ),
         Key(
-            *("outputs", TEXTS, "signals that are looked at, as `linearize` names them"),
+            *("outputs", TEXTS, "output signals, as `linearize` names them"),
             '["tool.x", "tool.y"]',
             default=(),
             otherwise="those of the tolerance",

@@ -1,4 +1,4 @@
-"""Motions, and what is wanted of them, in the tables [motion] and [wanted] of a machine file or a scene."""
+"""Motions, and requirements on them, in the tables [motion] and [wanted] of a machine file or a scene."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.files import load_text
-from symoro_elastic.machine.formats.motion_keys import (
+from symoro_elastic.formats.files import load_text
+from symoro_elastic.formats.toml.motion_keys import (
     BANDWIDTH,
     BASE,
     BASE_START,
@@ -22,7 +21,9 @@ from symoro_elastic.machine.formats.motion_keys import (
     WANTED,
     WOBBLES,
 )
-from symoro_elastic.machine.formats.tables import Table, load
+from symoro_elastic.formats.toml.tables import Table, load
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import Wanted
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import (
     WRENCH,
@@ -36,7 +37,6 @@ from symoro_elastic.machine.prescribed_motion import (
     Wobble,
 )
 from symoro_elastic.machine.resolve_motions import refuse_unfulfillable, resolve_motion
-from symoro_elastic.machine.wanted import Wanted
 
 Entries = dict[str, Any]
 """A table as it is written: texts, numbers, lists and tables."""
@@ -48,7 +48,7 @@ def read_motions(path: str | Path, machine: Machine) -> tuple[PrescribedMotion, 
 
 
 def read_wanted(path: str | Path) -> Wanted | None:
-    """What a scene file says is wanted; raises `InputError`."""
+    """The requirements in a scene file; raises `InputError`."""
     return wanted_of(load(load_text(path), str(path)))
 
 
@@ -63,7 +63,7 @@ def motions_of(top: Table, machine: Machine) -> tuple[PrescribedMotion, ...]:
 
 
 def wanted_of(top: Table) -> Wanted | None:
-    """What the top table of a file says is wanted, None where it has no such table."""
+    """The requirements in the top table of a file, None where it has no such table."""
     if "wanted" not in top.entries:
         return None
     table = top.table("wanted").only(WANTED.names)
@@ -94,7 +94,7 @@ def _rows(table: Table, key: str) -> list[Table]:
 
 
 def _servo(table: Table) -> Servo:
-    """Gains, or bandwidth and damping: one of both, whole."""
+    """Gains, or bandwidth and damping: one of the two pairs, complete."""
     table.only(SERVO.names)
     given = {*table.entries}
     for pair, law in ((GAINS, Gains), (BANDWIDTH, Bandwidth)):
@@ -128,7 +128,7 @@ def entries_of_motion(motion: PrescribedMotion) -> Entries:
 
 
 def entries_of_wanted(wanted: Wanted) -> Entries:
-    """The table of what is wanted, without what is left out."""
+    """The table of requirements, without entries that are left out."""
     table = {name: getattr(wanted, name) for name in WANTED.names}
     return {key: list(x) if isinstance(x, tuple) else x for key, x in table.items() if x}
 

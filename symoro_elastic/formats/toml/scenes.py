@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from symoro_elastic.machine.formats.files import load_text
-from symoro_elastic.machine.formats.tables import Table, load
-from symoro_elastic.machine.formats.toml_keys import SCENE
+from symoro_elastic.formats.files import load_text
+from symoro_elastic.formats.toml.keys import SCENE
+from symoro_elastic.formats.toml.tables import Table, load
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import Models, resolve
 from symoro_elastic.machine.scene import Scene

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Any
 
-from symoro_elastic.machine.formats.keys import DEFINITIONS, Schema
-from symoro_elastic.machine.formats.motion_keys import MOTIONS, WANTED
-from symoro_elastic.machine.formats.toml_keys import MACHINE, SCENE
+from symoro_elastic.formats.toml.key import DEFINITIONS, Schema
+from symoro_elastic.formats.toml.keys import MACHINE, SCENE
+from symoro_elastic.formats.toml.motion_keys import MOTIONS, WANTED
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 

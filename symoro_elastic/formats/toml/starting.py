@@ -6,9 +6,8 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from symoro_elastic.machine.formats.keys import Section
-from symoro_elastic.machine.formats.motion_keys import MOTION, WANTED
-from symoro_elastic.machine.formats.toml_keys import (
+from symoro_elastic.formats.toml.key import Section
+from symoro_elastic.formats.toml.keys import (
     BASE,
     EXTRAS,
     GRAVITY,
@@ -20,6 +19,7 @@ from symoro_elastic.machine.formats.toml_keys import (
     SCENE,
     section_of,
 )
+from symoro_elastic.formats.toml.motion_keys import MOTION, WANTED
 
 
 @dataclass(frozen=True)

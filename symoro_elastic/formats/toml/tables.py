@@ -8,11 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.cells import formula, whole
+from symoro_elastic.formats.joint_cells import formula, whole
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Vector3
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import did_you_mean, quote
 
 MAX_DOTS = 8
 _STRING_OR_COMMENT = re.compile(
@@ -34,7 +34,7 @@ def load(text: str, source: str) -> Table:
         what, line = re.fullmatch(r"(.*?)(?: \(at (.*)\))?", str(error), re.DOTALL).groups()  # type: ignore[union-attr]
         raise InputError(source, line or "file", f"not TOML: {' '.join(what.split())[:200]}") from None
     except RecursionError:
-        raise InputError(source, "file", "nested too deeply: no entry needs more than four levels") from None
+        raise InputError(source, "file", "nested too deeply: entries need at most four levels") from None
     except ValueError:
         raise InputError(source, "file", "a number has too many digits") from None
 
@@ -58,7 +58,7 @@ def _as_written(value: Any, source: str) -> Any:
         return value
     if isinstance(value, float):
         return Number(repr(value))
-    what = f"{type(value).__name__} is no value of a table: give numbers, texts, truth values, lists and mappings"
+    what = f"{type(value).__name__} is not a value of a table: give numbers, texts, truth values, lists and mappings"
     raise InputError(source, "table", what)
 
 
@@ -66,9 +66,7 @@ def _check_keys(text: str, source: str) -> None:
     """Refuse dotted keys of many parts, on which the TOML reader's time and memory grow with their square."""
     for run in _RUN.finditer(_STRING_OR_COMMENT.sub("s", text)):
         if run[0].count(".") > MAX_DOTS:
-            raise InputError(
-                source, "file", f"{quoted(run[0].strip())} has more than {MAX_DOTS} dots: no key needs them"
-            )
+            raise InputError(source, "file", f"{quote(run[0].strip())} has more than {MAX_DOTS} dots: keys need fewer")
 
 
 @dataclass(frozen=True)
@@ -91,7 +89,7 @@ class Table:
         """The table itself, whose keys must be `known`."""
         for key in self.entries:
             if key not in known:
-                shown = key if re.fullmatch(r"\w{1,60}", key) else quoted(key)
+                shown = key if re.fullmatch(r"\w{1,60}", key) else quote(key)
                 raise self.fail(shown, f"no such key here{did_you_mean(key, known)}")
         return self
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from symoro_elastic.formats.joint_cells import SELECTED, cell_of
+from symoro_elastic.formats.toml.keys import OF_JOINTS
+from symoro_elastic.formats.toml.motions import Entries, entries_of_motion, entries_of_wanted
 from symoro_elastic.machine.columns import Column, Values, columns
-from symoro_elastic.machine.formats.cells import SELECTED, cell_of
-from symoro_elastic.machine.formats.motions import Entries, entries_of_motion, entries_of_wanted
-from symoro_elastic.machine.formats.toml_keys import OF_JOINTS
+from symoro_elastic.machine.described import DescribedMachine, Request, Wanted
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.wanted import Wanted
 
 # Numbers that TOML reads back with the same text (`-0` would lose its sign).
 _NUMBER = re.compile(r"(?!-0$)-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?", re.ASCII)
@@ -24,18 +24,44 @@ REQUIRED = ("mass", "center_of_mass")
 """Columns of a body that are written even where they are zero."""
 DIAGONAL = ("XX", "YY", "ZZ")
 Entry = list[tuple[str, str]]
+BASE_PARAMETERS, GROUPED = "base_parameters", "true"
+"""The entry of [extras] that says that inertial parameters are base parameters."""
 
 
 def write(machine: Machine) -> str:
     """The TOML text that `read` reads back."""
-    top = [f"name = {_text(machine.name)}"]
-    if machine.notes:
-        top += ["notes = [", *(f"  {_text(note)}," for note in machine.notes), "]"]
+    described = DescribedMachine.of(machine)
+    top = [*_top(described, machine.name)]
     if machine.base.gravity != NO_VECTOR:
         top.append(f"gravity = {_list(machine.base.gravity)}")
-    blocks = [top, _joints(machine)]
-    blocks += [[f"[{title}]", *lines] for title, lines in _sections(machine) if lines]
-    return _joined([*blocks, *_scene_blocks(machine.scene, machine.motions, machine.wanted)])
+    return _joined([top, _joints(machine), *_tables(described)])
+
+
+def lines_of(machine: DescribedMachine, name: str, rows: Sequence[Entry]) -> Iterator[str]:
+    """Lines of TOML about a machine, with these rows in the table of its joints; without blank lines."""
+    yield from _top(machine, name)
+    if rows:
+        yield from _rows(_aligned(rows) if len({len(row) for row in rows}) == 1 else [_inline(row) for row in rows])
+    for block in _tables(machine):
+        yield from block
+
+
+def _top(machine: DescribedMachine, name: str) -> Iterator[str]:
+    """Lines at the top: name and notes, without what is empty."""
+    if name:
+        yield f"name = {text_of(name)}"
+    if machine.origin.notes:
+        yield from ("notes = [", *(f"  {text_of(note)}," for note in machine.origin.notes), "]")
+
+
+def _tables(machine: DescribedMachine) -> Iterator[list[str]]:
+    """The tables below those of the joints."""
+    yield from ([f"[{title}]", *lines] for title, lines in _sections(machine) if lines)
+    yield from _scene_blocks(machine.asked)
+
+
+def _rows(lines: Iterable[str]) -> list[str]:
+    return ["joints = [", *(f"  {line}," for line in lines), "]"]
 
 
 def write_scene(
@@ -43,33 +69,32 @@ def write_scene(
 ) -> str:
     """The TOML text of a scene file, notes as comments at its top."""
     comments = [[f"# {note}" for note in notes]] if notes else []
-    return _joined([*comments, *_scene_blocks(scene, motions, wanted)])
+    return _joined([*comments, *_scene_blocks(Request(scene, tuple(motions), wanted))])
 
 
-def _scene_blocks(
-    scene: Scene | None, motions: Sequence[PrescribedMotion], wanted: Wanted | None
-) -> Iterable[list[str]]:
-    if scene is not None:
-        yield ["[scene]", *_scene(scene)]
-    heading = "[motion]" if len(motions) == 1 else "[[motion]]"
-    for motion in motions:
+def _scene_blocks(asked: Request) -> Iterable[list[str]]:
+    if asked.scene is not None:
+        yield ["[scene]", *_scene(asked.scene)]
+    heading = "[motion]" if len(asked.motions) == 1 else "[[motion]]"
+    for motion in asked.motions:
         yield [heading, *_plain(entries_of_motion(motion))]
-    if wanted is not None:
-        yield ["[wanted]", *_plain(entries_of_wanted(wanted))]
+    if asked.wanted is not None:
+        yield ["[wanted]", *_plain(entries_of_wanted(asked.wanted))]
 
 
 def _joined(blocks: Iterable[Sequence[str]]) -> str:
     return "\n\n".join("\n".join(block) for block in blocks) + "\n"
 
 
-def _sections(machine: Machine) -> Iterable[tuple[str, list[str]]]:
+def _sections(machine: DescribedMachine) -> Iterable[tuple[str, list[str]]]:
     yield "loops", _named((loop.name, _loop(loop, machine)) for loop in machine.loops)
     yield "parameters", _table((parameter.name, _parameter(parameter)) for parameter in machine.parameters)
     for section in OF_JOINTS:
         owners = [(joint.name, joint.body if section == "bodies" else joint) for joint in machine.joints]
         yield section, _named((name, _entry(owner, section)) for name, owner in owners)
     yield "base", _table([*_entry(machine.base, "base"), *_floating(machine.floating)])
-    yield "extras", _table((key, _text(value)) for key, value in machine.extras.items())
+    extras = machine.origin.extras | ({BASE_PARAMETERS: GROUPED} if machine.is_grouped else {})
+    yield "extras", _table((key, text_of(value)) for key, value in extras.items())
 
 
 def _joints(machine: Machine) -> list[str]:
@@ -81,24 +106,24 @@ def _joints(machine: Machine) -> list[str]:
         line.removesuffix(" }").rstrip() + variable + " }" if variable else line
         for line, variable in zip(_aligned(rows), own, strict=True)
     ]
-    return ["joints = [", *(f"  {line}," for line in lines), "]"]
+    return _rows(lines)
 
 
 def _own_variable(joint: Joint, machine: Machine) -> str:
-    """The end of a row whose cell holds several names that are no parameters: which is its own variable."""
+    """The end of a row whose cell holds several names that are not parameters: which is its own variable."""
     parameters = {parameter.name for parameter in machine.parameters}
     if joint.variable is None or joint.selected.names <= parameters:
         return ""
-    return f", variable = {_text(joint.variable)}"
+    return f", variable = {text_of(joint.variable)}"
 
 
 def _row(joint: Joint, machine: Machine) -> Entry:
     known = 0 < joint.antecedent <= len(machine.joints)
     variable = {} if joint.variable is None else {SELECTED[joint.sigma]: joint.variable}
     return [
-        ("name", _text(joint.name)),
-        ("antecedent", _text(machine.joint(joint.antecedent).name) if known else str(joint.antecedent)),
-        ("kind", _text(joint.kind.value)),
+        ("name", text_of(joint.name)),
+        ("antecedent", text_of(machine.joint(joint.antecedent).name) if known else str(joint.antecedent)),
+        ("kind", text_of(joint.kind.value)),
         ("sigma", str(joint.sigma)),
         *(
             (column.key, _cell(cell_of(variable.get(column.key), formula)))
@@ -110,9 +135,9 @@ def _row(joint: Joint, machine: Machine) -> Entry:
 
 def _loop(loop: Loop, machine: Machine) -> Entry:
     """Entries of a loop: keys that are not left out."""
-    entry = [("cut", _text(machine.joint(loop.cut).name)), ("meets", _text(machine.joint(loop.meets).name))]
+    entry = [("cut", text_of(machine.joint(loop.cut).name)), ("meets", text_of(machine.joint(loop.meets).name))]
     if loop.closes is not Closing.FRAME:
-        entry.append(("closes", _text(loop.closes.value)))
+        entry.append(("closes", text_of(loop.closes.value)))
     if loop.dependent:
         entry.append(("dependent", _names(loop.dependent)))
     if loop.start:
@@ -171,14 +196,14 @@ def _floating(floating: Floating | None) -> Entry:
     if floating is None:
         return []
     body = _entry(floating.body, "bodies")
-    entry = [("floating", _text(floating.orientation.value)), ("known", _text(floating.known.value))]
+    entry = [("floating", text_of(floating.orientation.value)), ("known", text_of(floating.known.value))]
     return [*entry, ("body", _inline(body))] if body else entry
 
 
 def _parameter(parameter: Parameter) -> str:
     if parameter.unit:
         value = [("value", _cell(parameter.value.text))] if parameter.value else []
-        return _inline([*value, ("unit", _text(parameter.unit))])
+        return _inline([*value, ("unit", text_of(parameter.unit))])
     return _cell(parameter.value.text) if parameter.value else "nan"
 
 
@@ -199,7 +224,7 @@ def _scene(scene: Scene) -> list[str]:
     if scene.forces:
         lines.append(f"forces = {_names(scene.forces)}")
     if scene.fold:
-        lines.append(f"fold = {_text(scene.fold) if isinstance(scene.fold, str) else _names(scene.fold)}")
+        lines.append(f"fold = {text_of(scene.fold) if isinstance(scene.fold, str) else _names(scene.fold)}")
     return lines if scene.gravity else [*lines, "gravity = false"]
 
 
@@ -213,7 +238,7 @@ def _plain_value(x: Any) -> str:
         return _inline([(_key(key), _plain_value(value)) for key, value in x.items()])
     if isinstance(x, list):
         return "[" + ", ".join(map(_plain_value, x)) + "]"
-    return _text(x) if isinstance(x, str) else repr(x)
+    return text_of(x) if isinstance(x, str) else repr(x)
 
 
 def _static(static: Mapping[str, Formula | None]) -> str:
@@ -227,18 +252,19 @@ def _list(formulas: Iterable[Formula]) -> str:
 
 
 def _names(names: Iterable[str]) -> str:
-    return "[" + ", ".join(_text(name) for name in names) + "]"
+    return "[" + ", ".join(text_of(name) for name in names) + "]"
 
 
 def _cell(text: str) -> str:
     """A number as a number, anything else in quotes."""
-    return text if _NUMBER.fullmatch(text) else _text(text)
+    return text if _NUMBER.fullmatch(text) else text_of(text)
 
 
 def _key(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name, re.ASCII) else _text(name)
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name, re.ASCII) else text_of(name)
 
 
-def _text(text: str) -> str:
+def text_of(text: str) -> str:
+    """A text in quotes."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return '"' + re.sub(r"[\x00-\x1f\x7f]", lambda match: f"\\u{ord(match[0]):04x}", escaped) + '"'

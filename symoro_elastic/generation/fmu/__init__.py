@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-NAME = "fmu"
-"""The target, as it is asked for."""
 VERSIONS = (2, 3)
 
 

@@ -1,17 +1,17 @@
-"""What an FMU tells beside its states: positions of frames, deflections of springs, joints that follow from others."""
+"""Outputs of an FMU that are not states: positions of frames, deflections, joints that follow from others."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import Asked, Scene
+from symoro_elastic.machine.scene import RequestedPart, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.geometric import geometric_model
 from symoro_elastic.models.model import Frame, Model, Result
 from symoro_elastic.quantities import Quantity, Role
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Level
 
 FRAMES = "geometric_model"
@@ -21,7 +21,7 @@ OUTPUTS, Y = "outputs", "y"
 
 @dataclass(frozen=True)
 class Output:
-    """An output that is no state: its owner and quantity, `tool` and `x`, its unit, what it is, its value."""
+    """An output that is not a state: its owner and quantity, `tool` and `x`, its unit, what it is, its value."""
 
     owner: str
     quantity: str
@@ -33,7 +33,7 @@ class Output:
 def asked_frames(machine: Machine, scene: Scene) -> tuple[Frame, ...]:
     """Return the frames that a scene asks of the geometric model, else those at the ends of the tree."""
     numbers = {"base": 0} | {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
-    asked = [Asked.parse(text) for text in scene.outputs.get(FRAMES, ())]
+    asked = [RequestedPart.parse(text) for text in scene.outputs.get(FRAMES, ())]
     if asked:
         return tuple(Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at) for a in asked)
     cut = {loop.cut for loop in machine.loops}
@@ -42,7 +42,7 @@ def asked_frames(machine: Machine, scene: Scene) -> tuple[Frame, ...]:
 
 
 def outputs_of(bound: Bound, frames: tuple[Frame, ...]) -> list[Output]:
-    """Return the outputs that depend on the state and are no state themselves."""
+    """Return the outputs that depend on the state and are not a state themselves."""
     found = [*_dependent_joints(bound), *_deflections(bound), *_positions(bound, frames)]
     return [one for one in found if isinstance(one.value, Expression) and one.value.level is Level.STATE]
 
@@ -50,7 +50,7 @@ def outputs_of(bound: Bound, frames: tuple[Frame, ...]) -> list[Output]:
 def outputs_model(outputs: Sequence[Output], bound: Bound) -> tuple[Model, dict[str, Result]]:
     """Return the model that gives outputs, and its results."""
     row = Quantity(
-        name=Y, meaning="outputs that are no states", symbol="y", unit=None, shape="outputs", roles=(Role.RESULT,)
+        name=Y, meaning="outputs that are not states", symbol="y", unit=None, shape="outputs", roles=(Role.RESULT,)
     )
     arguments = ("q", "qd") if bound.machine.is_coupled else ("q",)
     results = {Y: Result(None, tuple(one.value for one in outputs), (len(outputs),))}
@@ -83,7 +83,9 @@ def _positions(bound: Bound, frames: tuple[Frame, ...]) -> Iterator[Output]:
     names = ["base", *(joint.name for joint in bound.machine.joints)]
     for number, frame in enumerate(frames):
         seen = "frame 0" if frame.seen_from is None else names[frame.seen_from]
-        owner = str(Asked(names[frame.number], frame.at, None if frame.seen_from is None else names[frame.seen_from]))
+        owner = str(
+            RequestedPart(names[frame.number], frame.at, None if frame.seen_from is None else names[frame.seen_from])
+        )
         for k, axis in enumerate("xyz"):
             value = placements[16 * number + 4 * k + 3]
             yield Output(owner, axis, "m", f"position of its origin along {axis} of {seen}", value)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from symoro_elastic.codegen.integration.methods import METHODS, Method
 from symoro_elastic.codegen.package import Package
-from symoro_elastic.fmu.outputs import Output, asked_frames, outputs_model, outputs_of
-from symoro_elastic.integration.methods import METHODS, Method
+from symoro_elastic.generation.fmu.outputs import Output, asked_frames, outputs_model, outputs_of
 from symoro_elastic.machine.columns import cells
-from symoro_elastic.machine.freed import freed
+from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import folded, restricted
+from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import in_form, points_of, trace, trace_of
@@ -19,11 +19,12 @@ from symoro_elastic.models.directional_derivatives import directional_derivative
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors
+from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.state import closing_models
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.models.traced import Traced
 from symoro_elastic.models.tracing import Trace, prune, schedule
-from symoro_elastic.packaging import reserved_words
 from symoro_elastic.symbolic.memory import no_collection
-from symoro_elastic.traced import Traced
 
 FREED = ("bodies", "springs")
 """Tables whose numbers are parameters of an FMU."""
@@ -61,28 +62,28 @@ class Programs:
 @no_collection()
 def programs_of(machine: Machine, scene: Scene) -> Programs:
     """Return the functions of a machine restricted to a scene."""
-    whole = parametrized(machine)
-    made, constants = restricted(whole, scene), folded(whole, scene)
+    whole = with_parameters(machine)
+    made, constants = restrict(whole, scene), names_to_fold(whole, scene)
     method = method_of(made)
     frames = asked_frames(made, scene)
     bound, placed = Bound(made, constants), Bound(made, constants, points_of(frames))
     model = in_form(ACCELERATIONS, scene.form)
-    traces = {bound: trace_of(model, bound, model.run(bound, made.moving))}
+    traces = {bound: trace_of(model, bound, model.run(bound, made.independent))}
     outputs = outputs_of(placed, frames)
     if outputs:
         traces[placed] = _trace_of_outputs(outputs, placed)
     models = [schedule(prune(one)) for one in traces.values()]
     models += [schedule(prune(directional_derivative(*pair, constants))) for pair in traces.items()]
-    models += _of_steps(made, method, constants, bound.takes_dependent)
+    models += _of_steps(made, method, constants)
     asked = Traced(whole, replace(scene, steps=(method.name,)), models)
     written = replace(asked.package, steps_by_torque=True)
     named = _named_cells(machine, whole)
     return Programs(made, named, written, method, tuple(outputs), tuple(traces.values()), tuple(models))
 
 
-def parametrized(machine: Machine) -> Machine:
+def with_parameters(machine: Machine) -> Machine:
     """Return the machine with the numbers of its bodies and springs as parameters."""
-    return freed(machine, FREED, reserved_words())
+    return with_free_numbers(machine, FREED, reserved_words())
 
 
 def method_of(machine: Machine) -> Method:
@@ -90,9 +91,9 @@ def method_of(machine: Machine) -> Method:
     return METHODS[WITH_STIFFNESSES if dependent_motors(machine) else WITH_DERIVATIVES]
 
 
-def _of_steps(machine: Machine, method: Method, folded: Sequence[str], assembles: bool) -> list[TracedModel]:
+def _of_steps(machine: Machine, method: Method, folded: Sequence[str]) -> list[TracedModel]:
     """Return the models that steps call beside the accelerations."""
-    found = [trace(machine, "assemble", folded=folded)] if assembles else []
+    found = [trace(machine, name, folded=folded) for name in closing_models(machine)]
     if method.name == WITH_DERIVATIVES:
         return [*found, trace(machine, "linearization", folded=folded)]
     return [*found, *implicit_system(machine, Motors.TORQUE, folded)]
@@ -116,7 +117,7 @@ def refuse_machines_without_unit(machine: Machine) -> None:
     if machine.floating:
         what = "an FMU has a fixed base: write the six degrees of freedom as joints, three slides and three turns"
         raise machine.error("base, floating", what)
-    if not machine.moving:
+    if not machine.independent:
         raise machine.error("fmu", "no joint moves, so an FMU would have no state: leave fewer joints locked")
     refuse_machines_without_steps(machine, (method_of(machine).name,))
     _refuse_missing_values(machine)
@@ -126,7 +127,7 @@ def _refuse_missing_values(machine: Machine) -> None:
     missing = [p.name for p in machine.parameters if p.value is None]
     if missing:
         others = f" ({len(missing) - 1} more as well)" if len(missing) > 1 else ""
-        what = f"{missing[0]} has no value{others}, and an FMU starts with one: give it in the file"
+        what = f"{missing[0]} has no value{others}, and an FMU needs a start value: give it in the file"
         raise machine.error("parameters", what)
 
 

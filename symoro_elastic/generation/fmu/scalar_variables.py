@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from symoro_elastic.fmu.outputs import Output
-from symoro_elastic.fmu.programs import NamedCell, Programs
-from symoro_elastic.fmu.start import Start
+from symoro_elastic.generation.fmu.outputs import Output
+from symoro_elastic.generation.fmu.programs import NamedCell, Programs
+from symoro_elastic.generation.fmu.start import Start
 from symoro_elastic.machine.machine import Joint
 from symoro_elastic.quantities.units import in_base_units
 
@@ -78,14 +78,14 @@ class Layout:
 
 def layout_of(programs: Programs, start: Start) -> Layout:
     """Return the variables of an FMU; names are those of `linearize`: `motor_x.tau`, `tool.fx`, `ram.q`, `tool.x`."""
-    joints = programs.machine.moving_joints
+    joints = programs.machine.independent_joints
     made = (
         ("INPUT", "forces of motors, wrenches on frames", _inputs(programs, start)),
         ("Q", "joint variables", _states(joints, "q", "", start.q.tolist(), start.positions.tolist())),
         ("QD", "joint velocities", _states(joints, "qd", "/s", [0.0] * len(joints), start.velocities.tolist())),
         ("DER_Q", "derivatives of joint variables", _derivatives(joints, "q", "/s")),
         ("DER_QD", "joint accelerations", _derivatives(joints, "qd", "/s2")),
-        ("Y", "outputs that are no states", map(_output, programs.outputs)),
+        ("Y", "outputs that are not states", map(_output, programs.outputs)),
         ("P", "parameters", _parameters(programs)),
     )
     blocks: list[Block] = []
@@ -178,7 +178,7 @@ def _number(x: float) -> str:
 
 
 def _quoted(owner: str) -> str:
-    """Return the first part of a name: in quotes where it is no identifier, as `'tool at (0.1, 0, L2)'`."""
+    """Return the first part of a name: in quotes where it is not an identifier, as `'tool at (0.1, 0, L2)'`."""
     return owner if owner.isidentifier() else f"'{owner}'"
 
 

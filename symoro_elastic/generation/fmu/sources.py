@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.c_lines import fitted
-from symoro_elastic.codegen.described import Files
+from symoro_elastic.codegen.c_lines import wrap_lines
+from symoro_elastic.codegen.integration.methods import Method
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import EXTERNAL, Function, Package
+from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import SourceText, banner, c_text, files_of
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.codegen.time_steps import MethodText, method_text, rows_of_nodes
-from symoro_elastic.fmu.start import Start
-from symoro_elastic.fmu.variables import Layout
-from symoro_elastic.integration.methods import Method
+from symoro_elastic.generation.fmu.scalar_variables import Layout
+from symoro_elastic.generation.fmu.start import Start
 
 TOLERANCE, FINEST = "1e-10", "1e-14"
 """Relative tolerance of co-simulation: unless the importer gives one, and at least."""
@@ -45,7 +45,7 @@ def sources_of(package: Package, layout: Layout, start: Start, method: Method, v
 
 
 def interface_file(version: int) -> str:
-    """Return the name of the file with the interface; no machine has it, for its hyphen."""
+    """Return the name of the file with the interface; its hyphen keeps it apart from names of machines."""
     return f"interface-fmi{version}.c"
 
 
@@ -59,7 +59,7 @@ def _interface(
     calls = {name: _call(package, functions[name], prepared) for name in CALLED if name in functions}
     calls["step"] = _step(package, found, "c_step" in prepared)
     variables = layout.variables
-    return fitted(
+    return wrap_lines(
         render(
             f"fmu/fmi{version}.c.j2",
             name=package.name,
@@ -75,7 +75,7 @@ def _interface(
             forces=package.external,
             given=len(package.motor_names) + package.external,
             parameters=len(package.parameters),
-            dependent=len(package.dependent or ()) if package.takes_dependent else 0,
+            dependent=sum(block.size for block in package.assembled),
             outputs=len(layout.block("Y")),
             constants=constants,
             start=list(_numbers([one.start or "0.0" for one in variables])),
@@ -116,7 +116,8 @@ def _call(package: Package, function: Function, prepared: Collection[str]) -> st
     """Return the call of a function on an instance `m`; seeds and derivatives are in `along`."""
     motors = len(package.motor_names)
     places = {key: f"&m->value[{block}]" for key, block in STATE.items()}
-    places |= {EXTERNAL: f"&m->value[INPUT + {motors}U]", "q_dep": "m->q_dep"}
+    places |= {EXTERNAL: f"&m->value[INPUT + {motors}U]"}
+    places |= {block.name: f"m->{block.name}" for block in package.assembled}
     places |= {f"seed_{key}": f"&along[{block}]" for key, block in STATE.items()}
     places[f"seed_{EXTERNAL}"] = f"&along[INPUT + {motors}U]"
     array = "along" if function.name.endswith("_directional") else "m->value"
@@ -142,7 +143,7 @@ def _step(package: Package, method: MethodText, has_constants: bool) -> str:
     rows = [places[name] for name in rows_of_nodes(variant, package)]
     changing = [rates[name] for name in variant.of_rate] if method.kind == "rosenbrock" else []
     c = ["m->c_step"] if has_constants else []
-    state = ["&m->value[Q]", "&m->value[QD]", *(["m->q_dep"] if package.takes_dependent else []), "error"]
+    state = ["&m->value[Q]", "&m->value[QD]", *(f"m->{block.name}" for block in package.assembled), "error"]
     suffix = "_prepared" if has_constants else ""
     arguments = [*rows, *changing, "h", _parameters(package), *c, *state]
     return f"{package.name}_step_{method.name}_error{suffix}({', '.join(arguments)})"

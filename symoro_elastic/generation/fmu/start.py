@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Kind, Machine
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.vibration.equilibrium import equilibrium, starting_point
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.equilibrium import equilibrium, starting_point
 
 ROUNDING = 1e-14
 """Of the largest torque: what is less holds nothing."""
@@ -33,7 +34,7 @@ class Start:
 
     `fastest` is the largest magnitude of a pole, rad/s; `duration` a few periods of the slowest vibration, at most
     `MOST_PERIODS` of the fastest, s. `notes`
-    say why this is no equilibrium, where it is none, and which joints do not start where they were asked to.
+    say why this is not an equilibrium, where it is none, and which joints do not start where they were asked to.
     """
 
     q: Array
@@ -54,7 +55,8 @@ def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
     joints that do not exist.
     """
     motion = EquationsOfMotion(machine)
-    given = machine.motions[0].start if machine.motions else {}
+    motions = DescribedMachine.of(machine).asked.motions
+    given = motions[0].start if motions else {}
     known = {name: x for name, x in given.items() if name in motion.names}
     state, notes = _state(motion, {**known, **at})
     notes += _elsewhere(motion, state, at)
@@ -62,13 +64,16 @@ def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
     M, _, K = motion.matrices("MDK", state.q, state.qd, state.qdd, state.torques)
     size, g = _size(motion), _gravity(motion)
     positions, rates = _natural(motion, (M, K), size, g)
-    moving = {j: k for k, j in enumerate(motion.machine.moving)}
-    chosen = [(positions[moving[j]], rates[moving[j]]) if j in moving else (1.0, 1.0) for j in machine.moving]
+    independent = {j: k for k, j in enumerate(motion.machine.independent)}
+    chosen = [
+        (positions[independent[j]], rates[independent[j]]) if j in independent else (1.0, 1.0)
+        for j in machine.independent
+    ]
     speeds = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))))
     fastest, slowest = max(speeds.max(initial=0.0), LEAST_SPEED), speeds[speeds > LEAST_SPEED].min(initial=np.inf)
     duration = PERIODS * 2 * np.pi / slowest if np.isfinite(slowest) else 1.0
     return Start(
-        np.array([own[j] for j in machine.moving]),
+        np.array([own[j] for j in machine.independent]),
         np.array([own[j] for j in machine.dependent]),
         state.torques,
         np.array([x for x, _ in chosen]),
@@ -111,11 +116,11 @@ def _elsewhere(motion: EquationsOfMotion, state: State, at: Mapping[str, float])
     """Return a line for each joint without a motor that starts elsewhere than `at`."""
     found = []
     for name, x in at.items():
-        k = motion.index(name, "--at")
+        k = motion.index(name, "--start")
         if abs(state.q[k] - x) > NEAR * max(abs(x), 1.0):
             unit = motion.joints[k].unit
             what = f"{name} starts in equilibrium at {state.q[k]:.6g} {unit}, the search began at {x:g} {unit}"
-            found.append(f"--at: {what}: only motors are held")
+            found.append(f"--start: {what}: only motors are held")
     return found
 
 

@@ -1,1 +1,1 @@
-"""Derivatives of the dynamic models by recursion: of torques, of accelerations, by the motion of a floating base."""
+"""Derivatives of the dynamic models by recursion: of torques, of accelerations, by the motion of the base."""

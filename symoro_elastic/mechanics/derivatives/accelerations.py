@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+from symoro_elastic.mechanics.base_body import DEGREES, solve_symmetric
 from symoro_elastic.mechanics.derivatives.torques import Entries
 from symoro_elastic.mechanics.dynamics import Dynamics
 from symoro_elastic.mechanics.elimination import joint_acceleration
 from symoro_elastic.mechanics.factorization import factorization, solution
-from symoro_elastic.mechanics.floating_base import DEGREES, solve_symmetric
 from symoro_elastic.mechanics.kinematics import path
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, ArticulatedInertia, Axis, Scalar, Twist, Wrench
@@ -131,7 +131,7 @@ def _pushed(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) 
             here, along = found.eliminated[j], a.T * alpha
             alone[j] = (right[j] - along) * here.Hinv
             alpha = alpha + alone[j] * here.U  # (30)
-            alpha = a.replaced(alpha, a.T * here.UH * right[j] + here.rotor_share * along)
+            alpha = a.with_entry(alpha, a.T * here.UH * right[j] + here.rotor_share * along)
         before = wrenches.get(link.antecedent, NO_WRENCH)
         wrenches[link.antecedent] = before + link.transform.T * alpha  # (31)
     return alone

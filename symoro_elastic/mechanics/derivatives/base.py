@@ -1,4 +1,4 @@
-"""Derivatives of wrench and torques by the motion of a floating base.
+"""Derivatives of wrench and torques by the motion of the base.
 
 Its six degrees of freedom have the numbers `DEGREES`, linear part first. All that it carries is one body.
 In axes of the base a velocity e more changes, as in the recursion for joints,
@@ -13,8 +13,8 @@ the acceleration of all that falls: its own changes by g x e, those of the joint
 
 from __future__ import annotations
 
+from symoro_elastic.mechanics.base_body import DEGREES
 from symoro_elastic.mechanics.derivatives.torques import Change, Entries, TorqueDerivatives
-from symoro_elastic.mechanics.floating_base import DEGREES
 from symoro_elastic.mechanics.spatial import IDENTITY, ZERO, Twist, Vector, cross
 
 

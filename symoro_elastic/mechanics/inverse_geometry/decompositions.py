@@ -29,7 +29,7 @@ from symoro_elastic.mechanics.inverse_geometry.points import (
     Mover,
     Solution,
     meeting,
-    named,
+    names_in_words,
     numbers_of,
     onto_surface,
     reach,
@@ -47,7 +47,7 @@ class Chain(NamedTuple):
     movers: tuple[Mover, ...]
     between: tuple[Pose, ...]
 
-    def reversed(self) -> Chain:
+    def from_other_end(self) -> Chain:
         """The same chain from its other end."""
         return Chain(self.movers[::-1], tuple(pose.inverse() for pose in reversed(self.between)))
 
@@ -81,7 +81,7 @@ def _meeting_point(f: Functions, wrist: Sequence[Mover], poses: Sequence[Pose]) 
     """Where up to three axes meet: z in the frame of the first, z in the frame of the last. Raises `NoClosedForm`."""
     for mover in wrist:
         if not mover.turns:
-            raise _no_wrist([mover], f"joint {mover.joint} is prismatic: {named(wrist)} make no wrist")
+            raise _no_wrist([mover], f"joint {mover.joint} is prismatic: {names_in_words(wrist)} do not form a wrist")
     if len(wrist) < 2:
         return 0, 0
     (here, middle), *others = [
@@ -104,7 +104,7 @@ def _meeting(f: Functions, wrist: Sequence[Mover], pair: Sequence[Mover], pose: 
 
 
 def _not_in_one_point(wrist: Sequence[Mover]) -> str:
-    return f"the axes of {named(wrist)} do not meet in one point"
+    return f"the axes of {names_in_words(wrist)} do not meet in one point"
 
 
 def _no_wrist(movers: Sequence[Mover], reason: str, miss: Miss | None = None) -> NoClosedForm:
@@ -185,7 +185,7 @@ def _angles(
     poses = [Pose(rotation, ZERO) for rotation in between]
     for pair, pose in zip(pairwise(turns), poses, strict=True):
         if is_along_z(f, pose.rotation.T[2]):
-            raise NoClosedForm(numbers_of(pair), f"the axes of {named(pair)} are parallel", None, ORIENTED)
+            raise NoClosedForm(numbers_of(pair), f"the axes of {names_in_words(pair)} are parallel", None, ORIENTED)
     return list(_WRISTS[len(turns)](f, turns, poses, first, last))
 
 
@@ -246,16 +246,16 @@ def parallel_axes(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
             raise _no_wrist([mover], f"joint {mover.joint} is prismatic")
     for pose in chain.between[2:4]:
         if not is_along_z(f, pose.rotation.T[2]):
-            raise _no_wrist(arm, f"the axes of {named(arm)} are not parallel")
+            raise _no_wrist(arm, f"the axes of {names_in_words(arm)} are not parallel")
     arm_at_zero = reduce(Pose.then, chain.between[2:5], STILL)
     if is_along_z(f, arm_at_zero.rotation[2]):
-        raise _no_wrist(chain.movers[1:5], f"the axes of {named(chain.movers[1:5])} are all parallel")
+        raise _no_wrist(chain.movers[1:5], f"the axes of {names_in_words(chain.movers[1:5])} are all parallel")
     here, there = _meeting_point(f, ends, chain.between[5:-1])
     inner = chain.between[0].inverse().then(T).then(chain.between[-1].inverse())
     height = plane(LAST, arm_at_zero.point(along(here))[2]).seen_from(chain.between[1])
     solutions: list[Solution] = []
     for first in onto_surface(f, chain.movers[0], height, inner.point(along(there))):
-        rest = chain.between[1].inverse().then(_undone(first.reversed(), inner))
+        rest = chain.between[1].inverse().then(_undone(first.from_other_end(), inner))
         for last in _ends(f, ends, chain.between[5:-1], arm_at_zero.rotation[2], rest.rotation[2]):
             solutions += [(first, *planar, *last) for planar in _planar(f, chain, rest, last)]
     return solutions
@@ -281,6 +281,6 @@ def _planar(f: Functions, chain: Chain, rest: Pose, last: Solution) -> list[Solu
     """The three parallel axes, all else being known."""
     pose = rest
     for found, before in zip(reversed(last), reversed(chain.between[4 : 4 + len(last)]), strict=True):
-        pose = pose.moved(found.reversed().motion).then(before.inverse())
+        pose = pose.moved(found.from_other_end().motion).then(before.inverse())
     arm = Chain(chain.movers[1:4], (STILL, *chain.between[2:4], STILL))
     return point_then_axes(f, arm, pose, 1)

@@ -15,16 +15,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from symoro_elastic.mechanics.spatial import (
-    IDENTITY,
-    ZERO,
-    AxialTransform,
-    Matrix,
-    Scalar,
-    Vector,
-    Z,
-    dot,
-)
+from symoro_elastic.mechanics.spatial import IDENTITY, ZERO, AxialTransform, Matrix, Scalar, Vector, Z, dot
 
 ROUNDING = Fraction(1, 2**40)
 SMALL = Fraction(1, 2**70)
@@ -78,7 +69,7 @@ class Found(NamedTuple):
     motion: AxialTransform
     measure: Scalar = 1
 
-    def reversed(self) -> Found:
+    def from_other_end(self) -> Found:
         """The same joint passed from its far side."""
         cosine, sine, shift = self.motion[1:]
         return Found(self.joint, -self.variable, AxialTransform(Z, cosine, -sine, -shift), self.measure)

@@ -11,9 +11,9 @@ from fractions import Fraction
 from itertools import combinations
 from typing import NamedTuple
 
+from symoro_elastic.foundation.scalar import quotient
 from symoro_elastic.mechanics.coordinates import Row, Rows, combination, product
 from symoro_elastic.mechanics.spatial import Scalar
-from symoro_elastic.scalar import quotient
 
 IsZero = Callable[[Scalar], bool]
 
@@ -29,11 +29,11 @@ class Followed(NamedTuple):
         return {v: product(row, x) for v, row in self.variables.items()}
 
 
-def followed(is_zero: IsZero, S: Rows, slides: Collection[int]) -> Followed | None:
+def angles_of_followers(is_zero: IsZero, S: Rows, slides: Collection[int]) -> Followed | None:
     """u of x = S u, S having as many independent rows as columns; None where whole turns of joints leave u in doubt.
 
     An angle is known but for whole turns, so what follows it must turn a whole number of times as far; `slides` are
-    joints that are no angles.
+    joints that are not angles.
     """
     exact = {j: _without_zeros(is_zero, row) for j, row in S.items()}
     size = len({v for row in exact.values() for v in row})

@@ -83,7 +83,7 @@ def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vec
 def _neither(movers: Sequence[Mover], first: NoClosedForm, second: NoClosedForm) -> NoClosedForm:
     """Why three joints can be taken neither from the base nor from the end."""
     if ON_A_SURFACE in (first.condition, second.condition):
-        reason = f"{named(movers)} move the point that they have to place on a surface, not in space"
+        reason = f"{names_in_words(movers)} move the point that they have to place on a surface, not in space"
         return NoClosedForm(numbers_of(movers), reason)
     if first.reason == second.reason:
         return NoClosedForm(first.joints, first.reason)
@@ -92,7 +92,7 @@ def _neither(movers: Sequence[Mover], first: NoClosedForm, second: NoClosedForm)
 
 
 def _reversed(solution: Solution) -> Solution:
-    return tuple(found.reversed() for found in reversed(solution))
+    return tuple(found.from_other_end() for found in reversed(solution))
 
 
 def numbers_of(movers: Sequence[Mover]) -> tuple[int, ...]:
@@ -100,7 +100,7 @@ def numbers_of(movers: Sequence[Mover]) -> tuple[int, ...]:
     return tuple(sorted(mover.joint for mover in movers))
 
 
-def named(movers: Sequence[Mover]) -> str:
+def names_in_words(movers: Sequence[Mover]) -> str:
     """Joints in words."""
     numbers = [str(number) for number in numbers_of(movers)]
     return f"joints {', '.join(numbers[:-1])} and {numbers[-1]}" if len(numbers) > 1 else f"joint {numbers[0]}"
@@ -120,7 +120,7 @@ def _idle(mover: Mover) -> NoClosedForm:
 
 
 def _same_direction(pair: Sequence[Mover]) -> NoClosedForm:
-    return NoClosedForm(numbers_of(pair), f"{named(pair)} slide along the same direction")
+    return NoClosedForm(numbers_of(pair), f"{names_in_words(pair)} slide along the same direction")
 
 
 def _with_three(
@@ -230,7 +230,7 @@ def _surface_of_shift_and_turn(f: Functions, C: Pose, w: Vector) -> Quadric:
 def meeting(f: Functions, pair: Sequence[Mover], C: Pose) -> tuple[Scalar, Scalar]:
     """Where two axes meet: z in the frame of the first, z in the frame of the second. Raises `NoClosedForm`."""
     a, p = C.rotation.T[2], C.origin
-    axes = f"the axes of {named(pair)}"
+    axes = f"the axes of {names_in_words(pair)}"
     if is_along_z(f, a):
         raise NoClosedForm(numbers_of(pair), f"{axes} are parallel", Miss(max(numbers_of(pair)), "parallel"))
     if not f.is_zero(plane_cross(p, a)):
@@ -276,7 +276,7 @@ def _elbow(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector) -
     x, y, _ = Pose(C.rotation, ZERO).point_back(C.origin)
     p = Vector(x, y, 0)
     if is_along_z(f, p):
-        raise NoClosedForm(numbers_of(pair), f"the axes of {named(pair)} coincide")
+        raise NoClosedForm(numbers_of(pair), f"the axes of {names_in_words(pair)} coincide")
     area = heron(f, distance(f, p), distance(f, w), distance(f, G))
     rest = plane_dot(G, G) - plane_dot(p, p) - plane_dot(w, w)
     return type_2(f, pair[1].joint, 2 * plane_dot(p, w), 2 * plane_cross(w, p), rest, area)

@@ -67,7 +67,7 @@ def inverse_position_model(f: Functions, chain: Chain, P: Vector) -> list[Branch
     Raises `NoClosedForm`.
     """
     if len(chain.movers) > 3:
-        reason = f"a place in space determines three joints at most, and {len(chain.movers)} move"
+        reason = f"a position in space determines at most three joints, and {len(chain.movers)} move"
         raise NoClosedForm(numbers_of(chain.movers), reason)
     branches = [_branch(f, solution) for solution in arms_to(f, chain, P)]
     if len(chain.movers) == 3:
@@ -77,7 +77,7 @@ def inverse_position_model(f: Functions, chain: Chain, P: Vector) -> list[Branch
 
 def _check_number(chain: Chain) -> None:
     if len(chain.movers) > 6:
-        reason = f"{len(chain.movers)} joints move: with more than six there is no finite number of solutions"
+        reason = f"{len(chain.movers)} joints move: more than six have infinitely many solutions"
         raise NoClosedForm(numbers_of(chain.movers), reason)
 
 
@@ -91,7 +91,7 @@ def solutions(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
         for turned in (False, True):
             try:
                 if turned:
-                    return [_reversed(s) for s in attempt(f, chain.reversed(), T.inverse())]
+                    return [_reversed(s) for s in attempt(f, chain.from_other_end(), T.inverse())]
                 return attempt(f, chain, T)
             except NoClosedForm as error:
                 reasons.append(error)
@@ -117,7 +117,7 @@ def _ways(chain: Chain) -> Iterator[Callable[[Functions, Chain, Pose], list[Solu
 
 
 def _reversed(solution: Solution) -> Solution:
-    return tuple(found.reversed() for found in reversed(solution))
+    return tuple(found.from_other_end() for found in reversed(solution))
 
 
 def _branch(f: Functions, solution: Solution) -> Branch:
@@ -137,7 +137,7 @@ def _divided(solution: Solution, one: Scalar) -> Solution:
 
 
 def _placement(f: Functions, T: Pose) -> Pose:
-    """T, without a value where its rotation is none."""
+    """T, without a value where its rotation is not valid."""
     x, y, z = T.rotation
     faults = [dot(x, x) - 1, dot(y, y) - 1, dot(x, y), *(cross(x, y) - z)]
     ok = only_where(f, NOT_A_PLACEMENT * NOT_A_PLACEMENT - _squares(faults))

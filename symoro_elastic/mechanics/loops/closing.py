@@ -13,16 +13,7 @@ from fractions import Fraction
 
 from symoro_elastic.mechanics.kinematics import FrameSet, frame_set, jacobian, motion_expressed_in
 from symoro_elastic.mechanics.mechanism import Mechanism
-from symoro_elastic.mechanics.spatial import (
-    EZ,
-    ZERO,
-    Axis,
-    Scalar,
-    Twist,
-    Vector,
-    cross,
-    hat_plus_hat_squared,
-)
+from symoro_elastic.mechanics.spatial import EZ, ZERO, Axis, Scalar, Twist, Vector, cross, hat_plus_hat_squared
 
 KEPT = {Axis.REVOLUTE: (0, 1, 2, 3, 4), Axis.PRISMATIC: (0, 1, 3, 4, 5), Axis.NONE: (0, 1, 2, 3, 4, 5)}
 """Rows of v_x v_y v_z w_x w_y w_z that a cut joint keeps from moving."""

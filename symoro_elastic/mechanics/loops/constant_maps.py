@@ -1,7 +1,9 @@
-"""Parallelograms: planar loops of four turning corners whose opposite sides are the same expressions.
+"""Loops closed by constant maps (L9): angles are sums of angles, S is constant and gam is zero.
 
-Opposite sides stay parallel, so angles are sums of angles: S is constant, gam is zero, and nothing is divided by what
-vanishes in the flat position. Constant angles are unit complex numbers: turns add up by multiplication.
+Parallelograms are planar loops of four turning corners whose opposite sides are the same expressions. These stay
+parallel, and nothing is divided by what vanishes in the flat position. Constant angles are unit complex numbers: turns
+add up by multiplication. Where all joints turn about one axis, as with a spring beside a motor, one angle takes back
+the sum of the others: over whole turns too, where an angle from its sine and cosine jumps by one.
 """
 
 from __future__ import annotations
@@ -64,7 +66,7 @@ def parallelogram(
 
 
 def _polygon(loop: Circuit) -> list[tuple[Side, Corner]] | None:
-    """Sides, in axes that turn at corners only, each with the corner at its end; None where one is no plain length."""
+    """Sides, in axes that turn at corners only, each with the corner at its end; None where one is not plain."""
     if any(joint.axis is not Axis.REVOLUTE for joint in loop.unknown):
         return None
     lengths = [_side(segment, 1) for segment in loop.segments]
@@ -117,3 +119,40 @@ def _from_opposite(u: Side, v: Side) -> Complex | None:
     if is_zero(u.length - v.length):
         return turn * HALF_TURN
     return turn if is_zero(u.length + v.length) else None
+
+
+def coaxial(
+    loop: Circuit, unknown: Collection[int], angles: Mapping[int, Scalar], angle_of: Callable[[Complex], Scalar]
+) -> dict[int, Scalar] | None:
+    """Angle of the one unknown joint of a loop about one axis; None for any other loop.
+
+    `loop` passes all its joints as unknown ones, `angles` are those of the others; `angle_of` gives the angle of a
+    constant turn.
+    """
+    sought = [k for k, joint in enumerate(loop.unknown) if joint.joint in unknown]
+    if len(sought) != 1 or not _is_coaxial(loop):
+        return None
+    loop = loop.from_joint(sought[0])
+    first, *others = loop.unknown
+    total: Scalar = 0
+    turn, mirrored = NO_TURN, 1
+    for segment, joint in zip(loop.segments, [*others, None], strict=True):
+        rotation = segment.frame.rotation
+        turn = turn * Complex(rotation.x.x, mirrored * rotation.y.x)
+        mirrored *= 1 if rotation.z.z == 1 else -1
+        if joint is not None:
+            total = total + mirrored * joint.sense * angles[joint.joint]
+    if mirrored != 1:
+        return None
+    return {first.joint: -first.sense * total + angle_of(turn.conjugate if first.sense > 0 else turn)}
+
+
+def _is_coaxial(loop: Circuit) -> bool:
+    turning = all(joint.axis is Axis.REVOLUTE for joint in loop.unknown)
+    return turning and all(map(_stays_on_axis, loop.segments))
+
+
+def _stays_on_axis(segment: Segment) -> bool:
+    """Whether z at both ends of a segment is one line."""
+    rotation, origin = segment.frame.rotation, segment.frame.origin
+    return all(map(is_zero, (origin.x, origin.y, rotation.x.z, rotation.y.z)))

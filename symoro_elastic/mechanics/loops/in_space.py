@@ -11,15 +11,15 @@ from fractions import Fraction
 
 from symoro_elastic.mechanics.inverse_geometry.decompositions import Chain
 from symoro_elastic.mechanics.inverse_geometry.equation_types import STILL, Functions, NoClosedForm, Pose
-from symoro_elastic.mechanics.inverse_geometry.model import solutions
 from symoro_elastic.mechanics.inverse_geometry.points import Mover, Solution, reach
+from symoro_elastic.mechanics.inverse_geometry.serial_chain import solutions
 from symoro_elastic.mechanics.loops.circuit import CUT, Circuit, Segment
 from symoro_elastic.mechanics.loops.planar import Closed, Complex
 from symoro_elastic.mechanics.spatial import Axis, Matrix, Scalar, Vector
 
 
 def closed_in_space(f: Functions, loop: Circuit, at_point: bool) -> list[Closed]:
-    """Return the unknown joints of a loop in every position that closes it. Raises `NoClosedForm`."""
+    """Return the unknown joints of a loop in every position that closes it (L9). Raises `NoClosedForm`."""
     if not at_point:
         return [_closed(loop, solution, {}) for solution in _to_frame(f, loop)]
     loop = loop.from_joint(next(k for k, joint in enumerate(loop.unknown) if joint.joint == CUT))

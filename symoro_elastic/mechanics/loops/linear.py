@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
+from symoro_elastic.foundation.scalar import quotient
 from symoro_elastic.mechanics.spatial import Scalar, is_zero
-from symoro_elastic.scalar import quotient
 
 Column: TypeAlias = list[Scalar]
 BY_COFACTORS = 3
 """Most unknowns of a system that is solved by its determinant."""
 
 
-def solved(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
+def solve(W: Sequence[Column], right: Sequence[Column]) -> list[Column]:
     """x of W x = right for each right side; matrices are lists of columns.
 
     Raises `ZeroDivisionError` where W is exactly singular.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symoro_elastic.mechanics.coordinates import Row, product
 from symoro_elastic.mechanics.factorization import factorization, share_or_one, solution
-from symoro_elastic.mechanics.loops.linear import solved
+from symoro_elastic.mechanics.loops.linear import solve
 from symoro_elastic.mechanics.spatial import Scalar
 
 Vector = Mapping[int, Scalar]
@@ -21,7 +21,7 @@ class Driven:
     tau: Vector
 
 
-def driven(A: Mapping[int, Row], rest: Vector, S_m: Mapping[int, Row], wanted: Vector) -> Driven:
+def driven_motion(A: Mapping[int, Row], rest: Vector, S_m: Mapping[int, Row], wanted: Vector) -> Driven:
     """Solve A udd + rest = S_m^T tau, S_m udd = wanted (L30); rows of S_m belong to motors and are independent."""
     if len(S_m) == len(A):
         return _as_many_as_freedoms(A, rest, S_m, wanted)
@@ -40,24 +40,24 @@ def _as_many_as_freedoms(A: Mapping[int, Row], rest: Vector, S_m: Mapping[int, R
     """udd = S_m^-1 wanted, tau = S_m^-T (A udd + rest)."""
     motors, k = list(S_m), list(A)
     columns = [[S_m[m].get(i, 0) for m in motors] for i in k]
-    (found,) = solved(columns, [[wanted[m] for m in motors]])
+    (found,) = solve(columns, [[wanted[m] for m in motors]])
     udd = dict(zip(k, found, strict=True))
     needed = [product(A[i], udd) + rest[i] for i in k]
     rows = [[S_m[m].get(i, 0) for i in k] for m in motors]
-    (tau,) = solved(rows, [needed])
+    (tau,) = solve(rows, [needed])
     return Driven(udd, dict(zip(motors, tau, strict=True)))
 
 
-def shared(rows: Mapping[int, Row], kept: Sequence[int], tau: Vector, shares: Vector) -> Vector:
+def shared_torques(rows: Mapping[int, Row], kept: Sequence[int], tau: Vector, shares: Vector) -> Vector:
     """Torques of all motors that do what torques of the `kept` ones do, in the least sum of tau^2 / share (L31).
 
     `rows` are those of S_m of all motors; those of the kept ones span them.
     """
     gram = [[product(rows[m], rows[n]) for m in kept] for n in kept]
-    mixing = solved(gram, [[product(row, rows[n]) for n in kept] for row in rows.values()])
+    mixing = solve(gram, [[product(row, rows[n]) for n in kept] for row in rows.values()])
     B = {m: dict(zip(kept, column, strict=True)) for m, column in zip(rows, mixing, strict=True)}
     weighted = [[_total(shares[m] * B[m][a] * B[m][b] for m in rows) for a in kept] for b in kept]
-    (y,) = solved(weighted, [[tau[m] for m in kept]])
+    (y,) = solve(weighted, [[tau[m] for m in kept]])
     return {m: shares[m] * product(B[m], dict(zip(kept, y, strict=True))) for m in rows}
 
 

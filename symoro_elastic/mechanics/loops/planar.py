@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from symoro_elastic.foundation.scalar import quotient
 from symoro_elastic.mechanics.loops.circuit import CUT, Circuit, Passed, Segment
 from symoro_elastic.mechanics.spatial import Axis, Scalar, Vector, is_zero
-from symoro_elastic.scalar import quotient
 
 SquareRoot = Callable[[Scalar], Scalar]
 
@@ -40,7 +40,7 @@ class Complex(NamedTuple):
         return Complex(self.x, -self.y)
 
     @property
-    def squared(self) -> Scalar:
+    def square(self) -> Scalar:
         """Square of the length."""
         return self.x * self.x + self.y * self.y
 
@@ -54,7 +54,7 @@ class Complex(NamedTuple):
     @property
     def inverse(self) -> Complex:
         """1 / conj(u) = u / |u|^2."""
-        return self.over(self.squared)
+        return self.over(self.square)
 
     def over(self, squared: Scalar) -> Complex:
         """1 / conj(u), where the square of the length is known."""
@@ -92,8 +92,8 @@ Signs = Mapping[int, int]
 """Sign of the root at each unknown joint: the branch of a loop."""
 
 
-def closed(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
-    """The unknown joints of a loop on one of its branches."""
+def close_circuit(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
+    """The unknown joints of a loop on one of its branches (L9)."""
     if len(loop.unknown) == 1:
         return _with_one_unknown(loop)
     turns = [k for k, joint in enumerate(loop.unknown) if joint.axis is Axis.REVOLUTE]
@@ -114,8 +114,8 @@ def _triangle(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
     turns = {}
     for k, joint in enumerate(loop.unknown):
         before, b, c = sides[k - 1], sides[k], sides[k - 2]
-        a = _seen_from_end(loop.segments[k - 1], before).over(before.squared)
-        m = _half_difference(c.squared, before.squared, b.squared)
+        a = _seen_from_end(loop.segments[k - 1], before).over(before.square)
+        m = _half_difference(c.square, before.square, b.square)
         turns[joint.joint] = _of_joint(joint, Complex(m, signs[joint.joint] * h) * (a * b.inverse.conjugate))
     named = {joint.joint: side for joint, side in zip(loop.unknown, sides, strict=True)}
     return Closed(turns, {}, named, {CUT: h})
@@ -130,11 +130,11 @@ def _twice_area(sides: list[Complex], root: SquareRoot) -> Scalar:
     """Twice the area of a triangle, from the lengths of two sides where these need no root."""
     plain = [(k, length) for k, side in enumerate(sides) if (length := side.length) is not None]
     if len(plain) < 2:
-        aa, bb, cc = (side.squared for side in sides)
+        aa, bb, cc = (side.square for side in sides)
         m = quotient(cc - aa - bb, 2)
         return root(aa * bb - m * m)
     (j, a), (k, b) = plain[:2]
-    c, total, difference = sides[3 - j - k].squared, a + b, a - b
+    c, total, difference = sides[3 - j - k].square, a + b, a - b
     return root((total * total - c) * (c - difference * difference)) / 2
 
 
@@ -145,7 +145,7 @@ def _with_slide(loop: Circuit, root: SquareRoot, signs: Signs) -> Closed:
     n, way = _in_plane(to_slide.frame.rotation.T.z), to_slide + back
     start, p = _in_plane(way.frame.origin), _in_plane(side.frame.origin)
     across = area(n, start)
-    c = signs[slide.joint] * root(p.squared - across * across)
+    c = signs[slide.joint] * root(p.square - across * across)
     w = n * Complex(c, across)
     at_second = -(_seen_from_end(side, p).inverse.conjugate * w).conjugate
     at_first = -(_seen_from_end(way, w) * p.inverse.conjugate)

@@ -1,7 +1,8 @@
 """Spatial algebra generic in the scalar: vectors, twists and wrenches, transforms, inertias."""
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.spatial.axes import Axis
-from symoro_elastic.mechanics.spatial.inertias import ArticulatedInertia, RigidInertia, rotated_matrix
+from symoro_elastic.mechanics.spatial.inertias import ArticulatedInertia, Outer, RigidInertia, rotated_matrix
 from symoro_elastic.mechanics.spatial.transforms import AxialTransform, Rotation, Transform, translation
 from symoro_elastic.mechanics.spatial.twists import AT_REST, NO_WRENCH, SpatialVector, Twist, Wrench
 from symoro_elastic.mechanics.spatial.vectors import (
@@ -22,7 +23,6 @@ from symoro_elastic.mechanics.spatial.vectors import (
     hat_plus_hat_squared,
     is_zero,
 )
-from symoro_elastic.scalar import Scalar
 
 __all__ = [
     "AT_REST",
@@ -37,6 +37,7 @@ __all__ = [
     "AxialTransform",
     "Axis",
     "Matrix",
+    "Outer",
     "RigidInertia",
     "Rotation",
     "Scalar",

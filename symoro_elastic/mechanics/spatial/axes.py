@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar, TypeVar
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.spatial.twists import AT_REST, SpatialVector, Twist
 from symoro_elastic.mechanics.spatial.vectors import ZERO, Z
-from symoro_elastic.scalar import Scalar
 
 S = TypeVar("S", bound=SpatialVector)
 
@@ -26,7 +26,7 @@ class Axis(Enum):
         """The twist rate a_j."""
         if self is Axis.NONE:
             return AT_REST
-        along = ZERO.replaced(Z, rate)
+        along = ZERO.with_entry(Z, rate)
         return Twist(along, ZERO) if self is Axis.PRISMATIC else Twist(ZERO, along)  # (4)
 
     @property
@@ -34,11 +34,11 @@ class Axis(Enum):
         """The transpose, which takes the component along the joint."""
         return TransposedAxis(self)
 
-    def replaced(self, V: S, along: Scalar) -> S:
+    def with_entry(self, V: S, along: Scalar) -> S:
         """The twist or wrench with another component along the joint."""
         if self is Axis.REVOLUTE:
-            return type(V)(V.linear, V.angular.replaced(Z, along))
-        return type(V)(V.linear.replaced(Z, along), V.angular)
+            return type(V)(V.linear, V.angular.with_entry(Z, along))
+        return type(V)(V.linear.with_entry(Z, along), V.angular)
 
 
 @dataclass(frozen=True)

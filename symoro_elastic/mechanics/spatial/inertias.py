@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.spatial.axes import Axis
 from symoro_elastic.mechanics.spatial.transforms import AxialTransform, Rotation, Transform
 from symoro_elastic.mechanics.spatial.twists import Twist, Wrench
 from symoro_elastic.mechanics.spatial.vectors import ENTRY, NONE, ZERO, Matrix, Symmetric, Vector, Z
-from symoro_elastic.scalar import Scalar
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class RigidInertia:
         """Parallel-axis theorem along a coordinate axis."""
         i, j = step.plane
         k, shift = step.axis, step.shift
-        moments = self.moments.replaced(k, self.moments[k] + shift * self.mass)
+        moments = self.moments.with_entry(k, self.moments[k] + shift * self.mass)
         inertia = list(self.inertia)
         growth = shift * (self.moments[k] + moments[k])
         inertia[ENTRY[i][i]] = inertia[ENTRY[i][i]] + growth
@@ -59,6 +60,13 @@ class RigidInertia:
         inertia[ENTRY[i][k]] = inertia[ENTRY[i][k]] - shift * self.moments[i]
         inertia[ENTRY[j][k]] = inertia[ENTRY[j][k]] - shift * self.moments[j]
         return RigidInertia(self.mass, moments, Symmetric(*inertia))
+
+
+class Outer(NamedTuple):
+    """The product U V^T of two wrenches."""
+
+    U: Wrench
+    V: Wrench
 
 
 @dataclass(frozen=True)
@@ -96,30 +104,25 @@ class ArticulatedInertia:
         upper = [(*a, *b) for a, b in zip(self.A.full, self.B, strict=True)]
         return [*upper, *((*b, *d) for b, d in zip(self.B.T, self.D.full, strict=True))]
 
-    def without_joint(self, axis: Axis, U: Wrench, UH: Wrench, Ka: Wrench) -> ArticulatedInertia:
-        """J - U U^T / H with its row and column of the joint written as Ka, where UH = U / H.
-
-        With U = J a and H = a^T U + Ia, K a = U - U (a^T U) / H = U Ia / H: exactly zero where there is no rotor. The
-        subtraction would leave rounding errors there, and cost products.
-        """
-        K = self.without_outer(U, UH)
-        A, B, D = list(K.A), [list(row) for row in K.B], list(K.D)
-        for m in range(3):
-            if axis is Axis.REVOLUTE:
-                B[m][Z], D[ENTRY[m][Z]] = Ka.force[m], Ka.moment[m]
-            else:
-                A[ENTRY[m][Z]], B[Z][m] = Ka.force[m], Ka.moment[m]
-        return ArticulatedInertia(Symmetric(*A), Matrix(*(Vector(*row) for row in B)), Symmetric(*D))
-
-    def without_outer(self, U: Wrench, UH: Wrench) -> ArticulatedInertia:
-        """J - U UH^T, one triangle computed; symmetric where UH is a multiple of U."""
-        A, B, D = list(self.A), [list(row) for row in self.B], list(self.D)
+    def __sub__(self, other: Outer) -> ArticulatedInertia:
+        """J - U V^T, one triangle computed; symmetric where V is a multiple of U."""
+        (U, V), A, B, D = other, list(self.A), [list(row) for row in self.B], list(self.D)
         for m in range(3):
             for n in range(3):
-                B[m][n] = B[m][n] - U.force[m] * UH.moment[n]
+                B[m][n] = B[m][n] - U.force[m] * V.moment[n]
                 if m <= n:
-                    A[ENTRY[m][n]] = A[ENTRY[m][n]] - U.force[m] * UH.force[n]
-                    D[ENTRY[m][n]] = D[ENTRY[m][n]] - U.moment[m] * UH.moment[n]
+                    A[ENTRY[m][n]] = A[ENTRY[m][n]] - U.force[m] * V.force[n]
+                    D[ENTRY[m][n]] = D[ENTRY[m][n]] - U.moment[m] * V.moment[n]
+        return ArticulatedInertia(Symmetric(*A), Matrix(*(Vector(*row) for row in B)), Symmetric(*D))
+
+    def with_entry(self, axis: Axis, column: Wrench) -> ArticulatedInertia:
+        """The inertia with another row and column of a joint."""
+        A, B, D = list(self.A), [list(row) for row in self.B], list(self.D)
+        for m in range(3):
+            if axis is Axis.REVOLUTE:
+                B[m][Z], D[ENTRY[m][Z]] = column.force[m], column.moment[m]
+            else:
+                A[ENTRY[m][Z]], B[Z][m] = column.force[m], column.moment[m]
         return ArticulatedInertia(Symmetric(*A), Matrix(*(Vector(*row) for row in B)), Symmetric(*D))
 
     def to_antecedent(self, transform: Transform) -> ArticulatedInertia:

@@ -15,9 +15,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.spatial.twists import SpatialVector, Twist, Wrench
 from symoro_elastic.mechanics.spatial.vectors import ZERO, Matrix, Vector, X, Z, is_zero
-from symoro_elastic.scalar import Scalar
 
 Block = tuple[Scalar, Scalar, Scalar, Scalar]
 S = TypeVar("S", bound=SpatialVector)
@@ -33,7 +33,7 @@ class AxialTransform(NamedTuple):
 
     @property
     def permutes(self) -> bool:
-        """Whether the rotation only exchanges components, or is none."""
+        """Whether the rotation only exchanges components, or is the identity."""
         return is_zero(self.sine) or is_zero(self.cosine)
 
     @property
@@ -54,7 +54,7 @@ class AxialTransform(NamedTuple):
     @property
     def along(self) -> Vector:
         """The translation p, the same in both frames."""
-        return ZERO.replaced(self.axis, self.shift)
+        return ZERO.with_entry(self.axis, self.shift)
 
     def rotate(self, v: Vector) -> Vector:
         """R v: components in the antecedent frame of a vector given in the moved frame."""
@@ -81,12 +81,12 @@ class AxialTransform(NamedTuple):
 
     def translate(self, point: Vector) -> Vector:
         """The point p + v."""
-        return point.replaced(self.axis, point[self.axis] + self.shift)
+        return point.with_entry(self.axis, point[self.axis] + self.shift)
 
     def moment(self, force: Vector) -> Vector:
         """The moment p x force."""
         i, j = self.plane
-        return ZERO.replaced(i, -(self.shift * force[j])).replaced(j, self.shift * force[i])
+        return ZERO.with_entry(i, -(self.shift * force[j])).with_entry(j, self.shift * force[i])
 
     def rotate_block(self, a: Scalar, b: Scalar, c: Scalar, d: Scalar) -> Block:
         """R [[a, b], [c, d]] R^T in the plane that rotates.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar, NamedTuple, Self
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.spatial.vectors import ZERO, Vector, dot
-from symoro_elastic.scalar import Scalar
 
 
 class _Parts(NamedTuple):

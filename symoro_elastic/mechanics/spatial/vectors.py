@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import ClassVar, NamedTuple
 
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar
 
 X, Y, Z = 0, 1, 2
 
@@ -37,7 +37,7 @@ class Vector(_Components):
     def __rmul__(self, factor: Scalar) -> Vector:  # type: ignore[override]
         return self * factor
 
-    def replaced(self, index: int, component: Scalar) -> Vector:
+    def with_entry(self, index: int, component: Scalar) -> Vector:
         """The vector with another component at this index."""
         entries = [*self]
         entries[index] = component
@@ -126,4 +126,4 @@ def hat_plus_hat_squared(w: Vector, wd: Vector, along_z: Vector | None = None) -
         Vector(Uxx, xy - wd.z, Uz.x),
         Vector(xy + wd.z, -(xx + zz), Uz.y),
         Vector(xz - wd.y, yz + wd.x, Uz.z),
-    )
+    )  # fmt: skip

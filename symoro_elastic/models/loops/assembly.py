@@ -4,34 +4,26 @@ from __future__ import annotations
 
 import copy
 import random
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.loops import Closing, Loop, branches
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.mechanics.coordinates import combination
-from symoro_elastic.mechanics.loops.closing import (
-    Branches,
-    CutJoint,
-    branches_of,
-    closing_columns,
-    closing_error,
-)
+from symoro_elastic.mechanics.coordinates import Row, combination
+from symoro_elastic.mechanics.loops.closing import Branches, CutJoint, branches_of, closing_columns, closing_error
 from symoro_elastic.mechanics.spatial import Axis
-from symoro_elastic.models.loops.continuation import CLOSED, LONGEST, continued
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.models.loops.continuation import CLOSED, LONGEST, continued_positions
+from symoro_elastic.models.tree import Tree
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate_nodes, library
 from symoro_elastic.symbolic.expression import Expression, reachable
 from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
-
-if TYPE_CHECKING:
-    from symoro_elastic.models.bind import Bound
 
 SEED = 20263
 STEPS = 50
@@ -40,7 +32,7 @@ ARRAYS: Arithmetic[Any] = Arithmetic(
 )
 """Many positions at once."""
 Position = dict[int, float]
-"""Values of the own variables by number of their joint, rad or m."""
+"""Values of the joint coordinates by number of their joint, rad or m."""
 Values = Mapping[str, float]
 
 
@@ -49,15 +41,15 @@ def cut_joint(machine: Machine, loop: Loop) -> CutJoint:
     return CutJoint(loop.cut, loop.meets, Axis(machine.joint(loop.cut).sigma), loop.closes is Closing.POINT)
 
 
-def loop_branches(bound: Bound, loop: Loop, view: int | None = None, pivot: int | None = None) -> Branches:
+def loop_branches(tree: Tree, loop: Loop, view: int | None = None, pivot: int | None = None) -> Branches:
     """The branches of a loop of a bound machine, seen from the frame met or from another link."""
-    rows = [j for branch in branches(bound.machine.antecedents, loop) for j in branch]
-    return branches_of(bound.mechanism, rows, cut_joint(bound.machine, loop), view, pivot)
+    rows = [j for branch in branches(tree.machine.antecedents, loop) for j in branch]
+    return branches_of(tree.mechanism, rows, cut_joint(tree.machine, loop), view, pivot)
 
 
 @dataclass(frozen=True)
 class Equation:
-    """A row of W over the own variables, by number of their joint, and its closing error."""
+    """A row of W over the joint coordinates, by number of their joint, and its closing error."""
 
     loop: str
     row: int
@@ -65,13 +57,13 @@ class Equation:
     error: Scalar
 
 
-def equations_of(bound: Bound, loop: Loop) -> list[Equation]:
-    """All rows of a loop, at any position, of a machine bound with every own variable independent."""
-    branches = loop_branches(bound, loop)
+def equations_of(tree: Tree, loop: Loop) -> list[Equation]:
+    """All rows of a loop, at any position, of a machine whose joint coordinates are all independent."""
+    branches = loop_branches(tree, loop)
+    own: dict[int, Row] = {j: {j: 1} for j in tree.machine.with_variable}
     columns, error = closing_columns(branches), closing_error(branches)
     by_own: dict[int, dict[int, Scalar]] = {
-        row: combination((column.entries[row], bound.coordinates.S[j]) for j, column in columns.items())
-        for row in range(6)
+        row: combination((column.entries[row], tree.row(j, own)) for j, column in columns.items()) for row in range(6)
     }
     return [Equation(loop.name, row, by_own[row], error.entries[row]) for row in branches.cut.rows]
 
@@ -79,13 +71,13 @@ def equations_of(bound: Bound, loop: Loop) -> list[Equation]:
 class Assembly:
     """A machine with its loops open, and the equations that close them, in numbers.
 
-    `bind` binds a machine to the equations. Parameters without value are drawn.
+    Parameters without value are drawn.
     """
 
-    def __init__(self, machine: Machine, bind: Callable[[Machine], Bound]) -> None:
+    def __init__(self, machine: Machine) -> None:
         self.machine = machine
-        self.bound = bind(replace(machine, loops=()))
-        self.equations = [equation for loop in machine.loops for equation in equations_of(self.bound, loop)]
+        self.tree = Tree(replace(machine, loops=()))
+        self.equations = [equation for loop in machine.loops for equation in equations_of(self.tree, loop)]
         self.values = self._values()
 
     def _values(self) -> dict[str, float]:
@@ -109,7 +101,7 @@ class Assembly:
 
     @cached_property
     def free(self) -> list[int]:
-        """Columns of the independent variables of loops among `machine.owners`."""
+        """Columns of the independent variables of loops among `machine.with_variable`."""
         return self.columns(self.machine.in_loops.difference(self.machine.dependent))
 
     @cached_property
@@ -129,29 +121,29 @@ class Assembly:
 
     def columns(self, joints: Collection[int]) -> list[int]:
         """Columns of W of some joints."""
-        return [k for k, j in enumerate(self.machine.owners) if j in joints]
+        return [k for k, j in enumerate(self.machine.with_variable) if j in joints]
 
     @cached_property
     def _nodes(self) -> list[Expression]:
         return reachable(x for one in self.equations for x in (one.error, *one.columns.values()))
 
     def symbols(self, position: Position) -> dict[str, float]:
-        """Values of parameters and own variables at a position, by name."""
+        """Values of parameters and joint coordinates at a position, by name."""
         return self.values | self.machine.by_variable(position)
 
     def numbers(self, position: Position) -> tuple[Array, Array]:
-        """Closing errors, and W over all own variables, in the order of `machine.owners`."""
-        errors, W = self.at(np.array([[position[j] for j in self.machine.owners]]))
+        """Closing errors, and W over all joint coordinates, in the order of `machine.with_variable`."""
+        errors, W = self.at(np.array([[position[j] for j in self.machine.with_variable]]))
         return errors[0], W[0]
 
     def at(self, positions: Array) -> tuple[Array, Array]:
         """Closing errors (samples, rows), and W (samples, rows, variables), at positions (samples, variables)."""
         one = len(positions) == 1
         columns: list[Any] = positions[0].tolist() if one else [*positions.T]
-        variables = self.machine.by_variable(dict(zip(self.machine.owners, columns, strict=True)))
+        variables = self.machine.by_variable(dict(zip(self.machine.with_variable, columns, strict=True)))
         with np.errstate(all="ignore"):
             value = evaluate_nodes(self._nodes, self.values | variables, FLOATS if one else ARRAYS)
-        order = {j: k for k, j in enumerate(self.machine.owners)}
+        order = {j: k for k, j in enumerate(self.machine.with_variable)}
         errors = np.zeros((len(positions), len(self.equations)))
         W = np.zeros((*errors.shape, len(order)))
         for i, equation in enumerate(self.equations):
@@ -164,12 +156,12 @@ class Assembly:
         """The position that the loops give as start, zero elsewhere."""
         given = {name: formula for loop in self.machine.loops for name, formula in loop.start.items()}
         names = self.machine.variables
-        found = dict.fromkeys(self.machine.owners, 0.0)
+        found = dict.fromkeys(self.machine.with_variable, 0.0)
         return found | {names[name]: x.value(self.values) for name, x in given.items() if name in names}
 
-    def assembled(self, position: Position, dependent: Sequence[int]) -> tuple[Position, float]:
+    def assembled_position(self, position: Position, dependent: Sequence[int]) -> tuple[Position, float]:
         """The position with its dependent variables changed until the loops close, and the largest error left."""
-        columns = [k for k, j in enumerate(self.machine.owners) if j in dependent]
+        columns = [k for k, j in enumerate(self.machine.with_variable) if j in dependent]
         found = dict(position)
         for _ in range(STEPS):
             errors, W = self.numbers(found)
@@ -178,18 +170,20 @@ class Assembly:
             step = -np.linalg.lstsq(W[:, columns], errors, rcond=1e-9)[0]
             step *= min(1.0, LONGEST / max(np.max(np.abs(step), initial=0), 1e-300))
             for k, change in zip(columns, step, strict=True):
-                found[self.machine.owners[k]] += float(change)
+                found[self.machine.with_variable[k]] += float(change)
         return found, float(np.max(np.abs(self.numbers(found)[0]), initial=0))
 
-    def moved(self, position: Position, target: Mapping[int, float]) -> Position | None:
+    def position_at(self, position: Position, target: Mapping[int, float]) -> Position | None:
         """An assembled position at other independent variables, on the branch of this one; None where that ends."""
-        (found,) = self.followed(position, np.array([[{**position, **target}[j] for j in self.machine.moving]]))
-        return None if np.isnan(found).any() else dict(zip(self.machine.owners, found.tolist(), strict=True))
+        (found,) = self.positions_at(
+            position, np.array([[{**position, **target}[j] for j in self.machine.independent]])
+        )
+        return None if np.isnan(found).any() else dict(zip(self.machine.with_variable, found.tolist(), strict=True))
 
-    def followed(self, position: Position, q: Array) -> Array:
-        """All own variables (samples, variables) at q (samples, n), on the branch of a position; NaN where it ends."""
-        wanted = np.tile([position[j] for j in self.machine.owners], (len(q), 1))
-        wanted[:, self.columns(self.machine.moving)] = q
+    def positions_at(self, position: Position, q: Array) -> Array:
+        """Joint coordinates (samples, variables) at q (samples, n), on the branch of a position; NaN where it ends."""
+        wanted = np.tile([position[j] for j in self.machine.with_variable], (len(q), 1))
+        wanted[:, self.columns(self.machine.independent)] = q
         start = wanted.copy()
-        start[:, self.free] = [position[self.machine.owners[k]] for k in self.free]
-        return continued(self, start, wanted[:, self.free])
+        start[:, self.free] = [position[self.machine.with_variable[k]] for k in self.free]
+        return continued_positions(self, start, wanted[:, self.free])

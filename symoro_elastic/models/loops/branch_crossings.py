@@ -1,7 +1,7 @@
-"""Where a motion leaves the branch that its loops start on: they close no more, or branches meet.
+"""Where a motion leaves the branch on which its loops start: they do not close any more, or branches meet.
 
 Closed forms hold their branch by the sign of a root. Where the root is zero a motion passes smoothly to the other
-branch, and the closed form turns back with a kink: continuation from sample to sample tells the one from the other.
+branch, and the closed form turns back with a kink: continuation from sample to sample distinguishes the two.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.models.loops.continuation import continued
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.models.loops.continuation import continued_positions
 from symoro_elastic.models.loops.open_loops import FLAT
 from symoro_elastic.models.loops.plan import Form, LoopPlan, Plan
 
@@ -19,8 +19,8 @@ SAME = 1e-6
 """Distance of positions on one branch, rad or m: less than what a closed form loses next to a singular position."""
 
 
-class Passages:
-    """The equations of the loops of a plan that are singular somewhere; constant maps are not."""
+class BranchCrossings:
+    """Crossings of branches: equations of the loops of a plan that are singular somewhere; constant maps are not."""
 
     def __init__(self, plan: Plan) -> None:
         self.machine = plan.assembly.machine
@@ -29,7 +29,7 @@ class Passages:
         kept = {(one.loop.name, row) for one in self.loops for row in one.kept}
         self._rows = [k for k, x in enumerate(self._assembly.equations) if (x.loop, x.row) in kept]
         self.unknown = self._assembly.columns({j for one in self.loops for j in one.dependent})
-        self.free = [k for k in range(len(self.machine.owners)) if k not in self.unknown]
+        self.free = [k for k in range(len(self.machine.with_variable)) if k not in self.unknown]
 
     @cached_property
     def blocks(self) -> list[tuple[list[int], list[int]]]:
@@ -47,7 +47,7 @@ class Passages:
         errors, W = self._assembly.at(positions)
         return errors[:, self._rows], W[:, self._rows]
 
-    def lost(self, positions: Array) -> int | None:
+    def first_lost(self, positions: Array) -> int | None:
         """The first of positions (samples, variables) that is not on the branch of those before; None on one branch."""
         finite: BoolArray = np.all(np.isfinite(positions), axis=1)
         count = len(positions) if finite.all() else int(np.argmin(finite))
@@ -60,8 +60,8 @@ class Passages:
     def ends_at(self, position: Array, q: Array) -> bool:
         """Whether the branch of a position (variables,) does not lead to other independent variables q (n,)."""
         beyond = position[None].copy()
-        beyond[0, self._assembly.columns(self.machine.moving)] = q
-        return bool(np.isnan(continued(self, position[None], beyond[:, self.free])).any())
+        beyond[0, self._assembly.columns(self.machine.independent)] = q
+        return bool(np.isnan(continued_positions(self, position[None], beyond[:, self.free])).any())
 
     def distances(self, positions: Array) -> Array:
         """Smallest singular value of each block of W_d (samples, blocks), columns of length 1."""
@@ -82,8 +82,8 @@ class Passages:
         """Whether each of positions after the first continues the one before it."""
         if len(positions) < 2:
             return np.ones(0, dtype=bool)
-        apart = positions[1:] - continued(self, positions[:-1].copy(), positions[1:, self.free])
-        turning = [k for k, j in enumerate(self.machine.owners) if self.machine.joint(j).sigma == 0]
+        apart = positions[1:] - continued_positions(self, positions[:-1].copy(), positions[1:, self.free])
+        turning = [k for k, j in enumerate(self.machine.with_variable) if self.machine.joint(j).sigma == 0]
         apart[:, turning] -= 2 * np.pi * np.round(apart[:, turning] / (2 * np.pi))
         found: BoolArray = np.all(np.abs(apart) < SAME, axis=1)
         return found

@@ -5,26 +5,22 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from symoro_elastic.foundation.scalar import Scalar, quotient
 from symoro_elastic.machine.loops import Closing, Loop, branches
 from symoro_elastic.mechanics.inverse_geometry.equation_types import Functions, NoClosedForm
 from symoro_elastic.mechanics.loops.circuit import Circuit, circuit
-from symoro_elastic.mechanics.loops.coaxial import coaxial
+from symoro_elastic.mechanics.loops.constant_maps import coaxial, parallelogram
 from symoro_elastic.mechanics.loops.in_space import closed_in_space
-from symoro_elastic.mechanics.loops.parallelogram import parallelogram
-from symoro_elastic.mechanics.loops.planar import Closed, Complex, closed
+from symoro_elastic.mechanics.loops.planar import Closed, Complex, close_circuit
 from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_joint, loop_branches
-from symoro_elastic.scalar import Scalar, quotient
+from symoro_elastic.models.tree import Tree
 from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
 from symoro_elastic.symbolic.expression import Expression, is_constant
 from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
-
-if TYPE_CHECKING:
-    from symoro_elastic.models.bind import Bound
 
 Angles = dict[int, Scalar]
 AGREEING = 1e-7
@@ -32,38 +28,40 @@ PARALLEL = 1e-12
 """Cosine or sine of the angle between axes that are at right angles, or parallel."""
 
 
-def loop_circuit(bound: Bound, loop: Loop, unknown: Sequence[int]) -> Circuit:
+def loop_circuit(tree: Tree, loop: Loop, unknown: Sequence[int]) -> Circuit:
     """The circuit of a loop with these joints unknown."""
-    rows = branches(bound.machine.antecedents, loop)
-    return circuit(bound.mechanism, rows, cut_joint(bound.machine, loop), unknown)
+    rows = branches(tree.machine.antecedents, loop)
+    return circuit(tree.mechanism, rows, cut_joint(tree.machine, loop), unknown)
 
 
-def mapped(bound: Bound, loop: Loop, dependent: Sequence[int], other: Collection[int] = ()) -> Angles | None:
+def parallelogram_angles(
+    tree: Tree, loop: Loop, dependent: Sequence[int], other: Collection[int] = ()
+) -> Angles | None:
     """Angles of the dependent joints of a parallelogram, or of turns about one axis; None where a loop is neither.
 
-    `other` are joints whose angles are no sums of independent ones.
+    `other` are joints whose angles are not sums of independent ones.
     """
-    moving = bound.machine.around(loop)
-    angles = {j: bound.angle(j) for j in moving if j not in other}
+    moving = tree.machine.around(loop)
+    angles = {j: tree.angle(j) for j in moving if j not in other}
 
     def angle_of(turn: Complex) -> Scalar:
         if turn not in QUARTERS:
-            return arc_tangent(bound.graph, turn.y, turn.x)
-        return ((QUARTERS.index(turn) + 1) % 4 - 1) * (bound.graph.pi / 2)
+            return arc_tangent(tree.graph, turn.y, turn.x)
+        return ((QUARTERS.index(turn) + 1) % 4 - 1) * (tree.graph.pi / 2)
 
-    around, unknown = loop_circuit(bound, loop, moving), {0, *dependent}
+    around, unknown = loop_circuit(tree, loop, moving), {0, *dependent}
     found = parallelogram(around, unknown, angles, angle_of) or coaxial(around, unknown, angles, angle_of)
     return None if found is None else {j: x for j, x in found.items() if j}
 
 
 def is_planar(assembly: Assembly, loop: Loop) -> bool:
     """Whether all turns of a loop are about one direction, and all its slides across it, in any position."""
-    seen = loop_branches(assembly.bound, loop)
+    seen = loop_branches(assembly.tree, loop)
     axes = [(link.axis, seen.seen.frames[k].z) for k, link in seen.mechanism.from_base() if link.axis is not Axis.NONE]
     if seen.cut.axis is not Axis.NONE:
         axes.append((seen.cut.axis, seen.seen.frames[seen.number[seen.cut.m]].z))
     source = random.Random(SEED)
-    anywhere = assembly.symbols({j: source.uniform(-3, 3) for j in assembly.machine.owners})
+    anywhere = assembly.symbols({j: source.uniform(-3, 3) for j in assembly.machine.with_variable})
     value = evaluate([x for _, z in axes for x in z], anywhere, FLOATS)
     numbers = [(axis, np.array([value(x) for x in z])) for axis, z in axes]
     turning = [z for axis, z in numbers if axis is Axis.REVOLUTE]
@@ -76,13 +74,13 @@ def is_planar(assembly: Assembly, loop: Loop) -> bool:
     )
 
 
-def planar(bound: Bound, loop: Loop, dependent: Sequence[int], signs: Mapping[int, int]) -> Closed:
+def planar(tree: Tree, loop: Loop, dependent: Sequence[int], signs: Mapping[int, int]) -> Closed:
     """The unknown joints of a planar loop on one of its branches."""
-    return closed(loop_circuit(bound, loop, dependent), lambda x: square_root(bound.graph, x), signs)
+    return close_circuit(loop_circuit(tree, loop, dependent), lambda x: square_root(tree.graph, x), signs)
 
 
 def in_space(
-    bound: Bound, loop: Loop, dependent: Sequence[int], assembly: Assembly, positions: Sequence[Position]
+    tree: Tree, loop: Loop, dependent: Sequence[int], assembly: Assembly, positions: Sequence[Position]
 ) -> Closed | None:
     """The unknown joints of a loop by inverse geometry, on the branch of assembled positions.
 
@@ -91,51 +89,45 @@ def in_space(
     """
     at_point = loop.closes is Closing.POINT
     try:
-        solutions = closed_in_space(_functions(bound), loop_circuit(bound, loop, dependent), at_point)
+        solutions = closed_in_space(_functions(tree), loop_circuit(tree, loop, dependent), at_point)
     except (NoClosedForm, ZeroDivisionError):  # an angle of no point is not determined
         return None
-    found = [one for one in solutions if agreeing(bound, assembly, dependent, one, positions) == [*dependent]]
+    found = [one for one in solutions if agreeing_joints(tree, assembly, dependent, one, positions) == [*dependent]]
     return found[0] if len(found) == 1 else None
 
 
-def agreeing(
-    bound: Bound, assembly: Assembly, dependent: Sequence[int], found: Closed, positions: Sequence[Position]
+def agreeing_joints(
+    tree: Tree, assembly: Assembly, dependent: Sequence[int], found: Closed, positions: Sequence[Position]
 ) -> list[int]:
     """Dependent joints of which a closed form gives the assembled positions."""
     forms = {**found.turns, **found.slides}
-    return [j for j in dependent if agrees(bound, assembly, j, forms[j], positions)]
+    return [j for j in dependent if agrees(tree, assembly, j, forms[j], positions)]
 
 
-def _functions(bound: Bound) -> Functions:
+def _functions(tree: Tree) -> Functions:
     """What inverse geometry needs; what cannot be reached has no value, as no square root is taken of rounding."""
     residues = ModularAngles(SEED)
 
     def turn(x: Scalar, y: Scalar, distance: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         inverse = quotient(1, distance)
-        return arc_tangent(bound.graph, y, x), x * inverse, y * inverse
+        return arc_tangent(tree.graph, y, x), x * inverse, y * inverse
 
     def is_zero(x: Scalar) -> bool:
         return not residues.values([x])(x) if isinstance(x, Expression) else x == 0
 
-    return Functions(
-        lambda x: square_root(bound.graph, x),
-        turn,
-        lambda _: 1,
-        is_zero,
-        is_constant,
-    )
+    return Functions(lambda x: square_root(tree.graph, x), turn, lambda _: 1, is_zero, is_constant)
 
 
-def own_variable(bound: Bound, joint: int, turn: Complex, half_turns: int) -> Scalar:
-    """The own variable of a joint that stands at cosine + i sine, within half a turn of so many half turns."""
+def own_variable(tree: Tree, joint: int, turn: Complex, half_turns: int) -> Scalar:
+    """The coordinate of a joint that stands at cosine + i sine, within half a turn of so many half turns."""
     x, y = (-turn.x, -turn.y) if half_turns % 2 else turn
-    angle = arc_tangent(bound.graph, y, x) + half_turns * bound.graph.pi
-    return angle - bound.offset(joint)
+    angle = arc_tangent(tree.graph, y, x) + half_turns * tree.graph.pi
+    return angle - tree.offset(joint)
 
 
-def agrees(bound: Bound, assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:
+def agrees(tree: Tree, assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:
     """Whether a closed form of a joint, its turn or its own position, gives the assembled positions."""
-    offset, leaves = bound.offset(joint), list(form) if isinstance(form, Complex) else [form]
+    offset, leaves = tree.offset(joint), list(form) if isinstance(form, Complex) else [form]
     for position in positions:
         try:
             value = evaluate([*leaves, offset], assembly.symbols(position), FLOATS)
@@ -145,7 +137,7 @@ def agrees(bound: Bound, assembly: Assembly, joint: int, form: Complex | Scalar,
         if isinstance(form, Complex):
             errors = [found[0] - math.cos(wanted), found[1] - math.sin(wanted)]
         else:
-            turns = bound.machine.joint(joint).sigma == 0
+            turns = tree.machine.joint(joint).sigma == 0
             errors = [math.remainder(found[0] - wanted, 2 * math.pi) if turns else found[0] - wanted]
         if not all(abs(error) < AGREEING for error in errors):
             return False

@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.foundation.array_types import Array, BoolArray
 
 STEP, HALVINGS = 0.1, 12
 """Longest step of an independent variable, rad or m, and how often it is halved at most."""
@@ -48,7 +48,7 @@ class Equations(Protocol):
         """Return closing errors (samples, rows) and W (samples, rows, variables) at positions (samples, variables)."""
 
 
-def continued(loops: Equations, start: Array, targets: Array) -> Array:
+def continued_positions(loops: Equations, start: Array, targets: Array) -> Array:
     """Return positions (samples, variables) at `targets` (samples, free), reached from `start`; NaN where they end."""
     found, origin, ways = start.copy(), start[:, loops.free], targets - start[:, loops.free]
     longest = 1 / np.maximum(1, np.ceil(np.abs(ways).max(axis=1, initial=0.0) / STEP))

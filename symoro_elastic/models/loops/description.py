@@ -11,7 +11,7 @@ import numpy as np
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.spatial import Axis
-from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.bind import closed_forms
 from symoro_elastic.models.loops.closed_forms import loop_circuit
 from symoro_elastic.models.loops.plan import Form, LoopPlan, Plan, plan_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
@@ -49,14 +49,14 @@ def described_loops(machine: Machine) -> list[DescribedLoop]:
     """The loops of a machine in the order in which they are closed; raises `InputError` where they do not close."""
     if not machine.loops:
         return []
-    plan = plan_of(machine, Bound)
+    plan = plan_of(machine)
     return [_described(machine, plan, one) for one in plan.loops]
 
 
 def singular_starts(loops: Iterable[DescribedLoop]) -> list[str]:
     """A warning for each loop that starts next to a singular position."""
     near = (loop for loop in loops if loop.is_near_singular)
-    what = "start is within 1e-6 of a singular position: {}; branches meet there: move start to the side that is meant"
+    what = "start is within 1e-6 of a singular position: {}; branches meet there: move start to the intended side"
     return [f"loop {x.plan.loop.name}: {what.format(x.singular)}" for x in near]
 
 
@@ -89,8 +89,8 @@ def _maps(machine: Machine, one: LoopPlan) -> Iterator[tuple[str, str]]:
     """Angles of a parallelogram as sums; none where they hold parameters without value."""
     if one.form is not Form.MAP:
         return
-    forms = Bound(machine).variables
-    names = [str(joint.variable) for joint in machine.moving_joints]
+    forms = closed_forms(machine)
+    names = [str(joint.variable) for joint in machine.independent_joints]
     values = {parameter.name: math.nan for parameter in machine.parameters} | parameter_values(machine)
 
     def at(j: int, **unit: float) -> float:
@@ -128,10 +128,10 @@ def _singular(machine: Machine, plan: Plan, one: LoopPlan) -> str:
     if one.form is Form.MAP:
         return "nowhere: angles are sums of angles, in the flat position too"
     if one.form is Form.ONE:
-        return f"nowhere: {dependent} takes back what the other joints do"
+        return f"nowhere: {dependent} compensates the motion of the other joints"
     if one.form in (Form.INVERSE, Form.ASSEMBLED):
         return f"where the rates of {dependent} do not follow from the others: det W_d = 0"
-    unknown = loop_circuit(plan.assembly.bound, one.loop, one.dependent).unknown
+    unknown = loop_circuit(plan.assembly.tree, one.loop, one.dependent).unknown
     named = [(joint.axis, machine.joint(joint.joint or one.loop.cut).name) for joint in unknown]
     turns = [name for axis, name in named if axis is Axis.REVOLUTE]
     slides = [name for axis, name in named if axis is not Axis.REVOLUTE]
@@ -153,7 +153,7 @@ def _distance(machine: Machine, plan: Plan, one: LoopPlan) -> float:
     dependent = one.dependent if alone else machine.dependent
     W = plan.assembly.numbers(plan.positions[0])[1]
     kept = [k for k, equation in enumerate(plan.assembly.equations) if (equation.loop, equation.row) in rows]
-    W_d = W[np.ix_(kept, [machine.owners.index(j) for j in dependent])]
+    W_d = W[np.ix_(kept, [machine.with_variable.index(j) for j in dependent])]
     lengths = np.linalg.norm(W_d, axis=0)
     if not np.all(lengths > 0):
         return 0.0

@@ -1,4 +1,4 @@
-"""Equations of loops that are no combination of others, and dependent variables that they determine."""
+"""Equations of loops that are not a combination of others, and dependent variables that they determine."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.loops.assembly import Assembly, Position
 
 INDEPENDENT = 1e-8
-"""Of a row of W, relative, beyond which it is no combination of others."""
+"""Of a row of W, relative, beyond which it is not a combination of others."""
 
 
 def independent_rows(assembly: Assembly, positions: Sequence[Position]) -> list[int]:
-    """Equations that are no combination of those before them, in one of the positions at least."""
+    """Equations that are not a combination of those before them, in one of the positions at least."""
     return independent([assembly.numbers(position)[1] for position in positions])
 
 
 def independent(matrices: Sequence[Array]) -> list[int]:
-    """Rows that are no combination of those before them, in one of some matrices at least."""
+    """Rows that are not a combination of those before them, in one of some matrices at least."""
     kept: list[int] = []
     for row in range(len(matrices[0])):
         if any(_rank(W[[*kept, row]]) > _rank(W[kept]) for W in matrices):
@@ -58,7 +58,7 @@ def _wrong_number(machine: Machine, dependent: Sequence[int], rows: int, total: 
 
 def refuse_singular(machine: Machine, assembly: Assembly, kept: Sequence[int], positions: Sequence[Position]) -> None:
     """Raise `InputError` for dependent variables that the equations determine in no position."""
-    columns = [machine.owners.index(j) for j in machine.dependent]
+    columns = [machine.with_variable.index(j) for j in machine.dependent]
     matrices = [assembly.numbers(position)[1][list(kept)] for position in positions]
     if not columns or any(_rank(W[:, columns].T) == len(columns) for W in matrices):
         return
@@ -78,5 +78,5 @@ def refuse_singular(machine: Machine, assembly: Assembly, kept: Sequence[int], p
 def _other(machine: Machine, matrices: Sequence[Array]) -> str:
     """Joints that can depend, as a list in a file."""
     found = independent([W.T for W in matrices])[: len(machine.dependent)]
-    kept = [machine.joint(machine.owners[k]).variable for k in found]
+    kept = [machine.joint(machine.with_variable[k]).variable for k in found]
     return "[" + ", ".join(f'"{variable}"' for variable in kept) + "]"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from symoro_elastic.foundation.scalar import Scalar, quotient
 from symoro_elastic.mechanics.coordinates import Row
 from symoro_elastic.mechanics.loops.linear import BY_COFACTORS, Column, determinant
 from symoro_elastic.mechanics.loops.planar import Closed, Complex
 from symoro_elastic.mechanics.spatial import AxialTransform, Twist
 from symoro_elastic.models.loops.plan import Form, LoopPlan
-from symoro_elastic.scalar import Scalar, quotient
 from symoro_elastic.symbolic.program import Names, Section
 
 AXES = "xyz"
@@ -45,7 +45,7 @@ def name_positions(names: Names, one: LoopPlan, closed: Closed) -> None:
         for axis, x in zip(AXES, side, strict=False):
             names.give(x, f"side{number}_{axis}", here)
         if isinstance(side, Complex):
-            names.give(side.squared, f"side{number}_squared", here)
+            names.give(side.square, f"side{number}_squared", here)
     for j, root in closed.roots.items():
         names.give(root, f"root{j or one.loop.cut}_loop", here)
 

@@ -7,10 +7,10 @@ import random
 
 import numpy as np
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.mechanics.loops.planar import closed
+from symoro_elastic.mechanics.loops.planar import close_circuit
 from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.loops.assembly import SEED, STEPS, Assembly, Position
 from symoro_elastic.models.loops.closed_forms import is_planar, loop_circuit
@@ -25,13 +25,13 @@ FLAT = 1e-6
 def open_positions(machine: Machine) -> list[Position]:
     """Some positions, the loops open."""
     source = random.Random(SEED)
-    return [{j: source.uniform(-math.pi, math.pi) for j in machine.owners} for _ in range(SAMPLES)]
+    return [{j: source.uniform(-math.pi, math.pi) for j in machine.with_variable} for _ in range(SAMPLES)]
 
 
 def not_closed(machine: Machine, assembly: Assembly, start: Position) -> InputError:
     """The error that names the first loop that does not close near the start together with those before it."""
     for k, loop in enumerate(machine.loops):
-        found, error = assembly.of_loops(machine.loops[: k + 1]).assembled(start, machine.dependent)
+        found, error = assembly.of_loops(machine.loops[: k + 1]).assembled_position(start, machine.dependent)
         if not error < CLOSED:
             return machine.error(f"loop {loop.name}", _why(machine, assembly, k, start, found))
     raise AssertionError("all loops close")
@@ -50,7 +50,7 @@ def _why(machine: Machine, assembly: Assembly, k: int, start: Position, found: P
     if all(np.max(np.abs(together.numbers(x)[1][worst])) < CLOSED for x in open_positions(machine)):
         return f"no position near start: {left} that no joint of the loop changes: check the {cells} around it"
     left += f" after {STEPS} steps of Newton's method"
-    if k and alone.assembled(start, machine.dependent)[1] < CLOSED:
+    if k and alone.assembled_position(start, machine.dependent)[1] < CLOSED:
         return (
             f"it closes near start, but not together with {_sharing(machine, k)}: {left}; check the {cells} around them"
         )
@@ -64,7 +64,7 @@ def _way_out(alone: Assembly, loop: Loop, start: Position, found: Position, cell
     if length > 0:
         return f"{links} would need {length:.2g} m more, or give another start"
     if _is_flat(alone, loop, found):
-        return "start is at a singular position, where branches meet: move it to the side that is meant"
+        return "start is at a singular position, where branches meet: move it to the intended side"
     return f"check the {cells} around it, or give another start"
 
 
@@ -85,11 +85,13 @@ def _is_flat(alone: Assembly, loop: Loop, position: Position) -> bool:
 def _lacking(alone: Assembly, loop: Loop, start: Position) -> tuple[str, float] | None:
     """Links of a planar loop and the length that they lack, m, negative where it closes; None for other loops."""
     machine = alone.machine
-    around = loop_circuit(alone.bound, loop, machine.dependent_in(loop))
+    around = loop_circuit(alone.tree, loop, machine.dependent_in(loop))
     turns = [joint for joint in around.unknown if joint.axis is Axis.REVOLUTE]
     if len(around.unknown) != 3 or len(turns) < 2 or not is_planar(alone, loop):
         return None
-    found = closed(around, lambda radicand: radicand, dict.fromkeys((joint.joint for joint in around.unknown), 1))
+    found = close_circuit(
+        around, lambda radicand: radicand, dict.fromkeys((joint.joint for joint in around.unknown), 1)
+    )
     names = [machine.joint(j or loop.cut).name for j in found.sides]
     leaves = [*(x for side in found.sides.values() for x in side), *found.roots.values()]
     value = evaluate(leaves, alone.symbols(start), FLOATS)

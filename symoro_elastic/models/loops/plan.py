@@ -3,27 +3,46 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import random
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
-from symoro_elastic.machine.loops import Loop
+from symoro_elastic.machine.loops import Loop, branches
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.loops.circuit import Passed
-from symoro_elastic.mechanics.loops.closing import POINT
+from symoro_elastic.mechanics.loops.closing import POINT, closing_columns
+from symoro_elastic.mechanics.loops.linear import solve
 from symoro_elastic.mechanics.loops.planar import Closed
-from symoro_elastic.mechanics.spatial import Axis
-from symoro_elastic.models.loops.assembly import Assembly, Position
-from symoro_elastic.models.loops.closed_forms import agreeing, agrees, in_space, is_planar, loop_circuit, mapped, planar
-from symoro_elastic.models.loops.independent_rows import independent_rows, refuse_singular, refuse_wrong_number
-from symoro_elastic.models.loops.start import assembled_start, positions_near
-from symoro_elastic.models.loops.view import view_of_point, view_of_triangle
+from symoro_elastic.mechanics.spatial import Axis, is_zero
+from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, loop_branches
+from symoro_elastic.models.loops.closed_forms import (
+    Angles,
+    agreeing_joints,
+    agrees,
+    in_space,
+    is_planar,
+    loop_circuit,
+    parallelogram_angles,
+    planar,
+)
+from symoro_elastic.models.loops.continuation import CLOSED
+from symoro_elastic.models.loops.independent_rows import (
+    independent,
+    independent_rows,
+    refuse_singular,
+    refuse_wrong_number,
+)
+from symoro_elastic.models.loops.open_loops import not_closed, open_positions
 from symoro_elastic.models.once import once_for_each_machine
+from symoro_elastic.models.tree import Tree
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.expression import Level, reachable
+from symoro_elastic.symbolic.program import count
 
-if TYPE_CHECKING:
-    from symoro_elastic.models.bind import Bound
+SAMPLES, DRAWS, REACH, GUESSES = 4, 16, 0.3, 12
+ROUGH = 0.2
+"""How far a start may be off, rad or m."""
 
 IN_PLANE = 0, 1, 5
 """Rows of the equations of a triangle in axes whose z is its normal."""
@@ -85,10 +104,25 @@ class Plan:
     positions: tuple[Position, ...]
 
 
+def loops_of(machine: Machine) -> tuple[LoopPlan, ...]:
+    """How each loop of a machine closes, in the order in which they are closed; none without loops."""
+    return plan_of(machine).loops if machine.loops else ()
+
+
+def assembled_joints(machine: Machine) -> tuple[int, ...]:
+    """Joints whose variables no loop gives in closed form: arguments of the models."""
+    return tuple(sorted({j for one in loops_of(machine) if one.is_assembled for j in one.dependent}))
+
+
+def lacks_closed_form(machine: Machine) -> bool:
+    """Whether some loop of a machine is closed by iteration only: its functions take the dependent variables."""
+    return bool(assembled_joints(machine))
+
+
 @once_for_each_machine
-def plan_of(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
-    """The plan of a machine with loops, made once; raises `InputError` for loops that do not close."""
-    assembly = Assembly(machine, bind)
+def plan_of(machine: Machine) -> Plan:
+    """The plan of a machine, made once; raises `InputError` for loops that do not close."""
+    assembly = Assembly(replace(machine))  # a copy: what is remembered must not keep the machine itself alive
     start = assembled_start(machine, assembly)
     positions = (start, *positions_near(machine, assembly, start))
     kept = independent_rows(assembly, positions)
@@ -108,7 +142,7 @@ def plan_of(machine: Machine, bind: Callable[[Machine], Bound]) -> Plan:
 
 def _half_turns(assembly: Assembly, joints: Sequence[int], start: Position) -> dict[int, int]:
     """Half turns that the angles of joints are next to at the start, by joint."""
-    turning = {j: assembly.bound.angle(j) for j in joints if assembly.machine.joint(j).sigma == 0}
+    turning = {j: assembly.tree.angle(j) for j in joints if assembly.machine.joint(j).sigma == 0}
     value = evaluate(turning.values(), assembly.symbols(start), FLOATS)
     return {j: round(float(value(x)) / math.pi) for j, x in turning.items()}
 
@@ -154,19 +188,19 @@ def _needs(machine: Machine, one: LoopPlan, waiting: Sequence[LoopPlan]) -> bool
 
 def _with_form(assembly: Assembly, one: LoopPlan, positions: Sequence[Position], other: Sequence[int]) -> LoopPlan:
     """The plan with the closed form that gives the assembled positions; `other` joints depend on other loops."""
-    bound = assembly.bound
-    angles = mapped(bound, one.loop, one.dependent, other)
-    if angles is not None and all(agrees(bound, assembly, j, x, positions) for j, x in angles.items()):
+    tree = assembly.tree
+    angles = parallelogram_angles(tree, one.loop, one.dependent, other)
+    if angles is not None and all(agrees(tree, assembly, j, x, positions) for j, x in angles.items()):
         return replace(one, form=Form.MAP)
-    unknown = loop_circuit(bound, one.loop, one.dependent).unknown
+    unknown = loop_circuit(tree, one.loop, one.dependent).unknown
     turns = sum(joint.axis is Axis.REVOLUTE for joint in unknown)
     if len(unknown) == 1 or (len(unknown) == 3 and turns and is_planar(assembly, one.loop)):
         return _with_signs(assembly, one, unknown, positions)
-    if not {*other}.isdisjoint(bound.machine.around(one.loop)):
+    if not {*other}.isdisjoint(tree.machine.around(one.loop)):
         return one
-    if in_space(bound, one.loop, one.dependent, assembly, positions) is None:
+    if in_space(tree, one.loop, one.dependent, assembly, positions) is None:
         return one
-    view = view_of_point(bound, one.loop, one.dependent) if one.kept == POINT else None
+    view = view_of_point(tree, one.loop, one.dependent) if one.kept == POINT else None
     return replace(one, form=Form.INVERSE if turns else Form.SLIDES, is_in_space=True, view=view)
 
 
@@ -179,7 +213,7 @@ def _with_signs(
         return one
     turns = sum(joint.axis is Axis.REVOLUTE for joint in unknown)
     form = FORMS[turns] if len(unknown) == 3 else Form.ONE
-    view, pivot = view_of_triangle(assembly.bound, one.loop, one.dependent) if form is Form.TRIANGLE else (None, None)
+    view, pivot = view_of_triangle(assembly.tree, one.loop, one.dependent) if form is Form.TRIANGLE else (None, None)
     return replace(one, form=form, signs=signs, view=view, pivot=pivot)
 
 
@@ -192,8 +226,8 @@ def _signs(
     """
 
     def closed_by(signs: Mapping[int, int]) -> tuple[Closed, list[int]]:
-        found = planar(assembly.bound, one.loop, one.dependent, signs)
-        return found, agreeing(assembly.bound, assembly, one.dependent, found, positions)
+        found = planar(assembly.tree, one.loop, one.dependent, signs)
+        return found, agreeing_joints(assembly.tree, assembly, one.dependent, found, positions)
 
     by_sign = {sign: closed_by(dict.fromkeys(unknown, sign)) for sign in (1, -1)}
     whole = [sign for sign, (_, joints) in by_sign.items() if len(joints) == len(one.dependent)]
@@ -203,3 +237,166 @@ def _signs(
         return dict.fromkeys(unknown, whole[0]) if is_told else None
     mixed = {j: -1 if j in by_sign[-1][1] else 1 for j in unknown}
     return mixed if len(closed_by(mixed)[1]) == len(one.dependent) else None
+
+
+def view_of_triangle(tree: Tree, loop: Loop, dependent: Collection[int]) -> tuple[int | None, int | None]:
+    """The link in whose axes the equations of a triangle are shortest, and the turn that it carries.
+
+    It is a dependent turn of m's branch whose antecedent has the same normal.
+    """
+    _, to_end = branches(tree.machine.antecedents, loop)
+    for j in to_end:
+        link = tree.mechanism.link(j)
+        if j in dependent and link.axis is Axis.REVOLUTE and is_zero(link.transform.steps[1].sine):
+            return link.antecedent, j
+    return None, None
+
+
+def view_of_point(tree: Tree, loop: Loop, dependent: Collection[int]) -> int | None:
+    """The link of a loop in whose axes the rates of three dependent joints take the fewest operations.
+
+    Equations of a cut ball say the same in any axes. None stands for those of the frame met.
+    """
+    views = [None, *(j for branch in branches(tree.machine.antecedents, loop) for j in branch)]
+    return min(views, key=lambda view: _operations(tree, loop, dependent, view))
+
+
+def _operations(tree: Tree, loop: Loop, dependent: Collection[int], view: int | None) -> int:
+    """Of -W_d^-1 W over the other joints of the loop that move."""
+    columns = {j: [V.entries[i] for i in POINT] for j, V in closing_columns(loop_branches(tree, loop, view)).items()}
+    moving = [j for j in columns if j not in dependent and tree.mechanism.link(j).axis is not Axis.NONE]
+    rates = solve([columns[j] for j in dependent], [columns[j] for j in moving])
+    found = count(reachable(x for column in rates for x in column), Level.STATE)
+    return found.products + found.add
+
+
+# The assembled position of a machine at the start of its loops, and others near it.
+def assembled_start(machine: Machine, assembly: Assembly) -> Position:
+    """The position where the loops close, near the start of the file; raises `InputError` where there is none."""
+    parallelograms = _parallelograms(machine, assembly)
+    rough = _mapped_start(machine, assembly, parallelograms)
+    _refuse_doubt(machine, assembly, rough, parallelograms)
+    found, error = assembly.assembled_position(rough, machine.dependent)
+    if not error < CLOSED:
+        found, error = assembly.assembled_position(rough, machine.with_variable)
+        if error < CLOSED:
+            kept = independent_rows(assembly, [found])
+            refuse_wrong_number(machine, assembly, kept)
+            refuse_singular(machine, assembly, kept, [found])
+        error = error if all(abs(found[j] - rough[j]) < ROUGH for j in machine.independent) else math.inf
+    if not error < CLOSED:
+        _refuse_singular_anywhere(machine, assembly)
+        raise not_closed(machine, assembly, rough)
+    return found
+
+
+def _refuse_singular_anywhere(machine: Machine, assembly: Assembly) -> None:
+    """Refuse dependent variables that depend on each other wherever joints stand, closed or not.
+
+    Where loops close the rank of W is at most what it is elsewhere.
+    """
+    positions = open_positions(machine)
+    columns = independent([assembly.numbers(position)[1].T for position in positions])
+    if len(columns) >= len(machine.dependent):
+        refuse_singular(machine, assembly, range(len(assembly.equations)), positions)
+
+
+def positions_near(machine: Machine, assembly: Assembly, start: Position) -> list[Position]:
+    """Other assembled positions on the branch of the start, nearer to it where others are not reached.
+
+    A parallelogram that holds at the start holds at each of them: where it is flat another branch begins.
+    """
+    source, found, reach = random.Random(SEED), list[Position](), REACH
+    holding = [x for x in _parallelograms(machine, assembly).values() if _hold(assembly, x, start)]
+    mapped_joints = {j for angles in holding for j in angles}
+    for _ in range(DRAWS):
+        target = {j: start[j] + source.uniform(-reach, reach) for j in machine.independent}
+        if mapped_joints.issuperset(machine.dependent):
+            found.append(_mapped(assembly, holding, start | target))
+        elif moved := assembly.position_at(start, target):
+            found += [moved] if all(_hold(assembly, x, moved) for x in holding) else []
+        else:
+            reach /= 2
+        if len(found) == SAMPLES:
+            break
+    return found
+
+
+def _hold(assembly: Assembly, angles: Angles, position: Position) -> bool:
+    """Whether a loop is a parallelogram at a position, not crossed."""
+    return all(agrees(assembly.tree, assembly, j, x, [position]) for j, x in angles.items())
+
+
+def _mapped(assembly: Assembly, parallelograms: Sequence[Angles], position: Position) -> Position:
+    """A position with the dependent joints of parallelograms where their angles are, those first that others need."""
+    for angles in parallelograms:
+        offsets = {j: assembly.tree.offset(j) for j in angles}
+        value = evaluate([*angles.values(), *offsets.values()], assembly.symbols(position), FLOATS)
+        position = position | {j: float(value(x) - value(offsets[j])) for j, x in angles.items()}
+    return position
+
+
+def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position, parallelograms: Collection[str]) -> None:
+    """Refuse a loop that may be closed in several positions and has no start; parallelograms have one."""
+    for loop in machine.loops:
+        dependent = machine.dependent_in(loop)
+        if loop.start or not dependent or loop.name in parallelograms:
+            continue
+        found = _other_positions(machine, assembly, rough, dependent)
+        if len(found) > 1:
+            joint = machine.joint(dependent[0])
+            values = " or ".join(f"{x[dependent[0]]:.2f}" for x in found)
+            count = {2: "two"}.get(len(found), str(len(found)))
+            what = f"{count} positions ({joint.variable} = {values}): write start = {{ ... }}"
+            raise machine.error(f"loop {loop.name}", what)
+
+
+def _other_positions(machine: Machine, assembly: Assembly, rough: Position, dependent: Sequence[int]) -> list[Position]:
+    """Positions of the dependent joints in which the loops close, found from random guesses."""
+    source = random.Random(SEED)
+    found: list[Position] = []
+    for _ in range(GUESSES):
+        guess = rough | {j: source.uniform(-math.pi, math.pi) for j in machine.dependent}
+        position, error = assembly.assembled_position(guess, machine.dependent)
+        if error < CLOSED and not any(_same(machine, position, other, dependent) for other in found):
+            found.append(position)
+    return sorted(found, key=lambda x: -x[dependent[0]])
+
+
+def _same(machine: Machine, one: Position, other: Position, joints: Sequence[int]) -> bool:
+    """Whether joints stand alike, up to full turns."""
+    return all(
+        abs(math.remainder(one[j] - other[j], 2 * math.pi) if machine.joint(j).sigma == 0 else one[j] - other[j]) < 1e-4
+        for j in joints
+    )
+
+
+def _mapped_start(machine: Machine, assembly: Assembly, parallelograms: Mapping[str, Angles]) -> Position:
+    """The start that the file gives; parallelograms without one stand apart from their flat position."""
+    position = assembly.start()
+    unstarted = {loop.name for loop in machine.loops if not loop.start}
+    for name, angles in parallelograms.items():
+        if name not in unstarted:
+            continue
+        if len(unstarted) == len(machine.loops):
+            position |= {j: position[j] + 0.5 * (k + 1) for k, j in enumerate(machine.independent) if not position[j]}
+        position = _mapped(assembly, [angles], position)
+    return position
+
+
+def _parallelograms(machine: Machine, assembly: Assembly) -> dict[str, Angles]:
+    """Angles of the dependent joints of each parallelogram, those first through which others run."""
+    found: dict[str, Angles] = {}
+    waiting = list(machine.loops)
+    while waiting:
+        taken = {j for angles in found.values() for j in angles}
+        for loop in waiting:
+            own = [j for j in machine.dependent_in(loop) if j not in taken]
+            angles = parallelogram_angles(assembly.tree, loop, own)
+            if angles is not None:
+                found[loop.name] = angles
+                waiting.remove(loop)
+                break
+        else:
+            break
+    return found

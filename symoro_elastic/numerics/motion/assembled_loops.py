@@ -8,24 +8,37 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.loops.closing import closing_error
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.derivative_columns import moved_with
 from symoro_elastic.models.loops.assembly import Assembly, loop_branches
 from symoro_elastic.models.loops.plan import plan_of
-from symoro_elastic.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate
 from symoro_elastic.symbolic.duals import Dual
 from symoro_elastic.symbolic.expression import Expression, Level, reachable
 from symoro_elastic.symbolic.operations import SYMBOL
-from symoro_elastic.vibration.traced_once import traced_once
+
+T = TypeVar("T")
 
 FARTHEST = 100.0
 """Rad or m that a position may be from the last one."""
+
+
+class traced_once(cached_property[T]):  # noqa: N801  (used as a decorator)
+    """A cached property that copies of its owner share, in the dictionary `traced` of the owner."""
+
+    def __get__(self, instance: Any, owner: type[Any] | None = None) -> Any:
+        """Return the value, computed on first use."""
+        if instance is None:
+            return self
+        if self.attrname not in instance.traced:
+            instance.traced[self.attrname] = self.func(instance)
+        return instance.traced[self.attrname]
 
 
 class AssembledLoops:
@@ -80,8 +93,8 @@ class AssembledLoops:
     @traced_once
     def slopes(self) -> dict[str, dict[str, Scalar]]:
         """Derivatives of the variables, by the name of what they are taken by and then by their own."""
-        moved = {q: moved_with(self.bound, "dq", j, q) for j, q in self.bound.q.items()}
-        moved |= {p: moved_with(self.bound, "dp", 0, p) for p in self._lengths()}
+        moved = {q: moved_with(self.bound, "q", j, q) for j, q in self.bound.q.items()}
+        moved |= {p: moved_with(self.bound, "p", 0, p) for p in self._lengths()}
         return {
             by.operands[0]: {x.operands[0]: slope for x, slope in entries.items() if x is not by}
             for by, entries in moved.items()
@@ -96,9 +109,9 @@ class AssembledLoops:
     def _values(self, q: np.ndarray[Any, Any]) -> dict[str, float]:
         """Return the variables at q (n,); NaN where the loops do not close, or too far away."""
         machine = self.bound.machine
-        target = dict(zip(machine.moving, q.tolist(), strict=True))
+        target = dict(zip(machine.independent, q.tolist(), strict=True))
         far = max((abs(x - self._position[j]) for j, x in target.items()), default=0.0)
-        found = self._assembly.moved(self._position, target) if far < FARTHEST else None
+        found = self._assembly.position_at(self._position, target) if far < FARTHEST else None
         if found is None:
             return dict.fromkeys(self.names.values(), np.nan)
         self._position = found
@@ -106,10 +119,10 @@ class AssembledLoops:
 
     @cached_property
     def _assembly(self) -> Assembly:
-        assembly = plan_of(self.bound.machine, Bound).assembly
+        assembly = plan_of(self.bound.machine).assembly
         return assembly.at_values({**assembly.values, **self.parameters})
 
     @cached_property
     def _position(self) -> dict[int, float]:
-        start = plan_of(self.bound.machine, Bound).positions[0]
-        return self._assembly.assembled(start, self.bound.machine.dependent)[0]
+        start = plan_of(self.bound.machine).positions[0]
+        return self._assembly.assembled_position(start, self.bound.machine.dependent)[0]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.free_base import COORDINATES
-from symoro_elastic.packages import for_vibrations
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
 RESIDUAL = 1e-10  # of the largest force
 NEWTON_STEPS = 5
@@ -19,7 +19,7 @@ FARTHEST_SLIDE = 10.0  # m, that a slide may be from where the search began
 SHARE = 0.1  # of the largest unbalanced force, for a joint to be named
 
 
-def balanced(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int], placed: bool) -> Array:
+def balance(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int], placed: bool) -> Array:
     """Return a position at rest where r of the `sought` coordinates is tau; raises `InputError` with the loaded joints.
 
     It is near the start, or else a minimum of energy. An unstable equilibrium is kept where the user `placed` some of
@@ -158,11 +158,11 @@ def _unsupported(motion: EquationsOfMotion, unbalanced: Array, sought: list[int]
     """Return the error that names the loaded joints, `found` being what is known of their equilibrium."""
     force = np.abs(unbalanced[sought])
     if not np.isfinite(force).all():
-        return InputError(motion.source, "equilibrium", "not found: the search left all bounds; begin elsewhere (--at)")
+        return InputError(motion.source, "equilibrium", "not found: the search diverged; begin elsewhere (--at)")
     named = [k for k, f in zip(sought, force, strict=True) if f > SHARE * force.max(initial=0.0)]
     loads = ", ".join(f"{motion.names[k]} ({abs(unbalanced[k]):.4g} {motion.joints[k].force_unit})" for k in named)
     if any(motion.names[k] in COORDINATES for k in named):
-        what = f"there is none: nothing supports {loads}, a free base falls; carry it (--hover, or "
+        what = f"there is none: nothing supports {loads}, so a free base falls; support it (--hover, or "
         what += "--thrust FRAME.fz for one that turns with the frame), or leave out gravity and what loads it"
         return InputError(motion.source, "equilibrium", what)
     what = (

@@ -18,14 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.checks import refuse_floating
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.domain import NEXT, Domain
 from symoro_elastic.machine.formula import FormulaError
+from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Friction, Kind, Machine
-from symoro_elastic.machine.named_cells import refuse_values, signed, with_named_cells
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.named_cells import refuse_values, refuse_wrong_signs, with_named_cells
+from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.mechanics.coordinates import product, projection
 from symoro_elastic.mechanics.dynamics import dynamics
 from symoro_elastic.mechanics.energy import elastic_energy, gravity_energy
@@ -35,17 +37,17 @@ from symoro_elastic.mechanics.spatial import is_zero
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.cells import Points
+from symoro_elastic.models.rules import given_rules
 from symoro_elastic.numerics.independent_joints import with_independent_motors
-from symoro_elastic.scalar import Scalar
+from symoro_elastic.numerics.motion.assembled_loops import AssembledLoops, traced_once
+from symoro_elastic.numerics.motion.shared_motors import followers, share_torques, shares
+from symoro_elastic.numerics.motion.signals import inputs, outputs, points_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.program import Program
 from symoro_elastic.symbolic.tape import Tape
-from symoro_elastic.vibration.assembled_loops import AssembledLoops
-from symoro_elastic.vibration.shared_motors import followers, shared, shares
-from symoro_elastic.vibration.traced_once import traced_once
 
 DUALS = differentiating(FLOATS)
 LARGEST_INPUT = 1e9
@@ -75,13 +77,13 @@ class EquationsOfMotion:
 
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
         """Wrenches that models take as arguments are zero. Raises `InputError` for parameters without a value."""
-        refuse_floating(machine, "linear models")
+        require_fixed_base(machine, "linear models")
         machine = replace(machine, forces=())
         machine = with_independent_motors(machine)
         self.given, self.points = machine, points
         self.followers = followers(machine)
         self.machine = with_named_cells(_without_coulomb(machine))
-        self.joints = self.machine.moving_joints
+        self.joints = self.machine.independent_joints
         self.names = [joint.name for joint in self.joints]
         self.motors = list(self.machine.motor_entries)
         self.bound = Bound(self.machine, points=points)
@@ -110,11 +112,11 @@ class EquationsOfMotion:
             what = f"{dependent[name].name} follows from a loop: name an independent joint ({', '.join(self.names)})"
             raise InputError(self.source, place, what)
         if name not in known:
-            what = f"no joint {quoted(name)} moves{did_you_mean(name, known)}"
+            what = f"no joint {quote(name)} moves{did_you_mean(name, known)}"
             raise InputError(self.source, place, what)
         return known[name]
 
-    def numbered(self, named: Mapping[str, float], place: str) -> dict[int, float]:
+    def indices_of(self, named: Mapping[str, float], place: str) -> dict[int, float]:
         """Return numbers by index in q; raises `InputError` for joints that do not move and numbers out of range."""
         numbers = {self.index(name, place): float(x) for name, x in named.items()}
         self.refuse_large(named, place)
@@ -146,26 +148,26 @@ class EquationsOfMotion:
         return self.slopes(q, self.machine.motors)
 
     def slopes(self, q: Array, joints: Sequence[int]) -> Array:
-        """Return rows (joints, n) of dx/du of own variables, of dq/du of coupled joints, by their numbers (L1)."""
-        coordinates, moving = self.bound.coordinates, self.machine.moving
-        rows = [coordinates.S_x[j] if j in self.machine.owners else coordinates.S[j] for j in joints]
-        return self._at(q, [row.get(k, 0) for row in rows for k in moving]).reshape(len(rows), len(moving))
+        """Return rows (joints, n) of dx/du of joint coordinates, of dq/du of coupled joints, by their numbers (L1)."""
+        coordinates, independent = self.bound.coordinates, self.machine.independent
+        rows = [coordinates.S_x[j] if j in self.machine.with_variable else coordinates.S[j] for j in joints]
+        return self._at(q, [row.get(k, 0) for row in rows for k in independent]).reshape(len(rows), len(independent))
 
     def torques(self, q: Array, tau: Array) -> Array:
         """Return torques (m,) of the motors that exert tau (n,); motors that move as one share it (L31)."""
         if not self.followers:
             return tau[self.motors]
         S_m = self.motor_slopes(q)[:, self.motors]
-        return shared(S_m, tau[self.motors], shares(self.machine, self.parameters))
+        return share_torques(S_m, tau[self.motors], shares(self.machine, self.parameters))
 
     @traced_once
     def residual(self) -> list[Scalar]:
         """Expressions of r, one a joint, less what motors do that move with others."""
         bound = self.bound
-        Gamma = dynamics(self.bodies, bound.rates(), bound.given_rules()).Gamma
+        Gamma = dynamics(self.bodies, bound.rates(), given_rules(bound)).Gamma
         needed, passive = bound.on_independent(Gamma), bound.passive_forces()
         moved_along = projection(bound.coordinates.S_x, {j: bound.tau[j] for j in self.followers})
-        return [needed[j] - passive[j] - moved_along.get(j, 0) for j in self.machine.moving]
+        return [needed[j] - passive[j] - moved_along.get(j, 0) for j in self.machine.independent]
 
     @traced_once
     def domain(self) -> Domain:
@@ -185,11 +187,11 @@ class EquationsOfMotion:
     @traced_once
     def potential(self) -> Scalar:
         """Energy of gravity, of the base's acceleration, and of springs; r at rest without wrenches is its gradient."""
-        elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.owners]
+        elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.with_variable]
         return sum(elastic, gravity_energy(self.bodies, -self.bodies.acceleration.linear))
 
     @traced_once
-    def seen(self) -> tuple[list[Scalar], list[Scalar]]:
+    def frame_motions(self) -> tuple[list[Scalar], list[Scalar]]:
         """V_j [3] and V'_j [6] of every frame and point, base included, linear part first, in axes of frame 0."""
         mechanism = replace(self.bound.mechanism, acceleration=self.bound.base_acceleration)
         qd, qdd = self.bound.rates(), self.bound.given_accelerations()
@@ -198,14 +200,14 @@ class EquationsOfMotion:
         return V, Vd
 
     @traced_once
-    def own_motion(self) -> tuple[list[Scalar], list[Scalar]]:
-        """Rates and accelerations of all own variables, dependent ones too, in table order (L2)."""
-        coordinates, owners = self.bound.coordinates, self.machine.owners
+    def joint_coordinate_rates(self) -> tuple[list[Scalar], list[Scalar]]:
+        """Rates and accelerations of all joint coordinates, dependent ones too, in table order (L2)."""
+        coordinates, owners = self.bound.coordinates, self.machine.with_variable
         accelerations = [product(coordinates.S_x[j], self.bound.qdd) + coordinates.gam_x[j] for j in owners]
         return [coordinates.rates_x[j] for j in owners], accelerations
 
     @traced_once
-    def own_velocities(self) -> list[Scalar]:
+    def body_velocities(self) -> list[Scalar]:
         """V_j [3] of every frame, base included, each in its own axes."""
         return [x for twist in velocities(self.bound.mechanism, self.bound.rates()) for x in twist.entries]
 
@@ -224,7 +226,7 @@ class EquationsOfMotion:
 
     def row_of(self, number: int, point: int | None = None) -> int:
         """Return the first of the six rows in `seen` of a frame of the table, or of one of the points."""
-        return 6 * (self.bound.met(number) if point is None else len(self.machine.joints) + 1 + point)
+        return 6 * (self.bound.met_frame(number) if point is None else len(self.machine.joints) + 1 + point)
 
     def potential_energy(self, q: Array) -> float:
         """Return the potential energy in J, up to a constant."""
@@ -301,7 +303,7 @@ class EquationsOfMotion:
         at = ", ".join(f"{name}={x:g}" for name, x in zip(self.names, q, strict=True))
         if self._is_closed(q):
             rest, own = np.zeros_like(q), self.machine.by_variable(self.own_positions(q))
-            undefined = self.domain.undefined(self._symbols(q, rest, rest) | own)
+            undefined = self.domain.first_undefined(self._symbols(q, rest, rest) | own)
             if undefined:
                 raise undefined.error(self.machine, f"at {at}: give another position (--at)")
             return
@@ -345,7 +347,7 @@ class EquationsOfMotion:
 
     def own_positions(self, q: Array) -> dict[int, float]:
         """Return the variables of all joints that own one, rad or m, by number; NaN where a loop does not close."""
-        owners = self.machine.owners
+        owners = self.machine.with_variable
         return dict(zip(owners, self._at(q, [self.bound.variables[j] for j in owners]).tolist(), strict=True))
 
     def values(self, roots: Iterable[Scalar]) -> Array:
@@ -396,4 +398,17 @@ def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
         own = {p.name: p.value.value() for p in machine.parameters if p.value is not None and p.name not in given}
     except FormulaError as error:
         raise InputError(source, "parameters", str(error)) from None
-    return signed(machine, given.keys(), {name: float(given.get(name, own.get(name, 0.0))) for name in names})
+    return refuse_wrong_signs(
+        machine, given.keys(), {name: float(given.get(name, own.get(name, 0.0))) for name in names}
+    )
+
+
+def motion_of(
+    machine: Machine, values: Mapping[str, float] | None = None, ins: Sequence[str] = (), outs: Sequence[str] = ()
+) -> EquationsOfMotion:
+    """Return the equations of motion of a machine, with the points of these signals.
+
+    A base that moves freely has six coordinates more: base.x, base.y, base.z, base.rx, base.ry, base.rz.
+    """
+    machine = with_independent_motors(with_base_coordinates(machine))
+    return EquationsOfMotion(machine, values, points_of([*inputs(machine, ins), *outputs(machine, outs)]))

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.free_base import COORDINATES
-from symoro_elastic.vibration.balance import balanced
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.vibration.inertia import refuse_singular
+from symoro_elastic.numerics.motion.balance import balance
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.inertia import refuse_singular
 
 
 def equilibrium(
@@ -24,8 +24,8 @@ def equilibrium(
 
     Motors are held `at` their positions (rad or m, 0 by default) and tau is the torque that holds them; a motor in
     `torques` (N m or N) is free to move instead. For other joints `at` is where the search begins, else
-    the neutral position of their spring. A floating base that is `carried` stays where it is; tau holds the force and
-    the moment on it, whose directions are constant. Raises `InputError` that names the joints nothing supports.
+    the neutral position of their spring. A base that is `carried` stays where it is; tau holds the force and the moment
+    on it, whose directions are constant. Raises `InputError` that names the joints nothing supports.
     """
     base = base_coordinates(motion) if carried else []
     q, tau = starting_point(motion, at or {}), np.zeros(len(motion.joints))
@@ -33,8 +33,8 @@ def equilibrium(
     tau[list(given)] = list(given.values())
     fixed = {k for k in motion.motors if k not in given}.union(base)
     sought = [k for k in range(len(motion.joints)) if k not in fixed]
-    placed = not motion.numbered(at or {}, "--at").keys().isdisjoint(sought)
-    q = balanced(motion, q, tau, sought, placed)
+    placed = not motion.indices_of(at or {}, "--at").keys().isdisjoint(sought)
+    q = balance(motion, q, tau, sought, placed)
     zero = np.zeros_like(q)
     forces = motion.forces(q, zero, zero)
     left = float(np.max(np.abs((forces - tau)[sought]), initial=0.0))
@@ -43,7 +43,7 @@ def equilibrium(
 
 
 def base_coordinates(motion: EquationsOfMotion) -> list[int]:
-    """Return the indices in q of the coordinates of a floating base; raises `InputError` where the base is fixed."""
+    """Return the indices in q of the coordinates of the base; raises `InputError` where the base is fixed."""
     base = [k for k, name in enumerate(motion.names) if name in COORDINATES]
     if not base:
         raise InputError(motion.source, "hover", "the base is fixed: only a floating base hovers")
@@ -66,7 +66,7 @@ def given_state(
         pushed[m] = x
     qd, zero = np.zeros_like(q), np.zeros_like(q)
     for numbers, named, place in ((q, at or {}, "--at"), (qd, rates or {}, "--rate")):
-        for k, x in motion.numbered(named, place).items():
+        for k, x in motion.indices_of(named, place).items():
             numbers[k] = x
     motion.refuse_open(q)
     (A,) = motion.matrices("M", q, qd, zero)
@@ -79,7 +79,7 @@ def given_state(
 def starting_point(motion: EquationsOfMotion, at: Mapping[str, float]) -> Array:
     """Return the position where the search begins; raises `InputError` for joints that do not exist."""
     q = motion.neutral_positions()
-    for k, x in motion.numbered(at, "--at").items():
+    for k, x in motion.indices_of(at, "--at").items():
         q[k] = x
     return q
 
@@ -94,7 +94,7 @@ def _free(motion: EquationsOfMotion, torques: Mapping[str, float]) -> dict[int, 
             names = ", ".join(sorted(motion.machine.joint(i).name for i in joined[0]))
             what = f"{names} move each other, so none is free by itself: leave it out, or give the state "
             raise InputError(motion.source, "--torque", what + "(--as-given)")
-        free[motion.machine.moving.index(j)] = x
+        free[motion.machine.independent.index(j)] = x
     return free
 
 

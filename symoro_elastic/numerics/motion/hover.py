@@ -1,4 +1,4 @@
-"""A floating base held in balance by thrusts: forces and moments in axes of the frames that they turn with."""
+"""A base held in balance by thrusts: forces and moments in axes of the frames that they turn with."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter, Vector3, Wrench
-from symoro_elastic.machine.names import did_you_mean, quoted
-from symoro_elastic.vibration.balance import RESIDUAL, balanced
-from symoro_elastic.vibration.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
-from symoro_elastic.vibration.equilibrium import base_coordinates, starting_point
-from symoro_elastic.vibration.signals import WRENCH_INPUTS
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.numerics.motion.balance import RESIDUAL, balance
+from symoro_elastic.numerics.motion.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
+from symoro_elastic.numerics.motion.equilibrium import base_coordinates, starting_point
+from symoro_elastic.numerics.motion.signals import WRENCH_INPUTS
 
 Thrusts = Mapping[str, float | None]
 """By name, such as rotor1.fz, its size in N or N m; None where it is to be found."""
@@ -38,7 +38,7 @@ def with_thrusts(machine: Machine, thrusts: Thrusts) -> Machine:
     for name in thrusts:
         frame, _, component = name.rpartition(".")
         if frame not in joints or component not in WRENCH_INPUTS:
-            what = f"{quoted(name)} is not FRAME.{'|'.join(WRENCH_INPUTS)}{did_you_mean(frame, joints)}"
+            what = f"{quote(name)} is not FRAME.{'|'.join(WRENCH_INPUTS)}{did_you_mean(frame, joints)}"
             raise machine.error(OPTION, what)
         joints[frame] = _with_thrust(machine, joints[frame], WRENCH_INPUTS[component], name)
     named = tuple(Parameter(thrust_parameter(name), Formula.parse(x or 0.0)) for name, x in thrusts.items())
@@ -67,7 +67,7 @@ def thrusts_of(motion: EquationsOfMotion) -> dict[str, float]:
 
 
 def hover(motion: EquationsOfMotion, at: Mapping[str, float], thrusts: Thrusts) -> State:
-    """Return the state at rest in which thrusts carry a floating base, with the motors held `at` their positions.
+    """Return the state at rest in which thrusts carry the base, with the motors held `at` their positions.
 
     The base stays where it is; sizes of thrusts that are None are found, the smallest ones where there are several
     solutions. Raises `InputError` where they balance nothing, with what is left.
@@ -79,9 +79,9 @@ def hover(motion: EquationsOfMotion, at: Mapping[str, float], thrusts: Thrusts) 
     sought = [k for k, joint in enumerate(motion.joints) if joint.kind is not Kind.MOTOR and k not in base]
     unknown = [thrust_parameter(name) for name, x in thrusts.items() if x is None]
     q, zero = starting_point(motion, at), np.zeros(len(motion.joints))
-    placed = not motion.numbered(at, "--at").keys().isdisjoint(sought)
+    placed = not motion.indices_of(at, "--at").keys().isdisjoint(sought)
     for _ in range(MOST_STEPS):
-        q = balanced(motion, q, zero, sought, placed)
+        q = balance(motion, q, zero, sought, placed)
         if _is_balanced(motion, q, base) or not unknown:
             break
         _improve(motion, q, base, unknown)
@@ -124,7 +124,5 @@ def _refuse_unbalanced(motion: EquationsOfMotion, q: Array, base: list[int]) -> 
     forces, largest = _loads(motion, q)
     left = [k for k in base if abs(forces[k]) > RESIDUAL * largest]
     loads = ", ".join(f"{motion.names[k]} ({abs(forces[k]):.4g} {motion.joints[k].force_unit})" for k in left)
-    what = (
-        f"these thrusts leave {loads} without balance: add a thrust, or leave out sizes (FRAME.fz) to have them found"
-    )
+    what = f"these thrusts do not balance {loads}: add a thrust, or leave out values (FRAME.fz) to have them computed"
     raise InputError(motion.source, OPTION, what)

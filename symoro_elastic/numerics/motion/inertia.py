@@ -6,10 +6,10 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.series_springs import springs_in_series
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
 MATRIX_ROUNDING = 100 * float(np.finfo(float).eps)
 """Of the inertia matrix scaled to a diagonal of ones."""

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independent_joints import moved_by
 
@@ -28,7 +28,7 @@ def followers(machine: Machine) -> dict[int, tuple[int, ...]]:
     return found
 
 
-def shared(S_m: Array, forces: Array, shares: Array) -> Array:
+def share_torques(S_m: Array, forces: Array, shares: Array) -> Array:
     """Return torques (m,) with S_m^T tau = forces (n,), in the least sum of tau^2 / share (L31)."""
     gram = S_m.T @ (shares[:, None] * S_m)
     torques: Array = shares * (S_m @ np.linalg.lstsq(gram, forces, rcond=None)[0])
@@ -41,10 +41,10 @@ def shares(machine: Machine, values: Mapping[str, float]) -> Array:
     return np.array([1.0 if x.is_zero else x.value(values) for x in given])
 
 
-def undetermined(machine: Machine, joined: Mapping[int, tuple[int, ...]]) -> list[str]:
+def line_on_undetermined(machine: Machine, joined: Mapping[int, tuple[int, ...]]) -> list[str]:
     """Return a line on motors whose torques nothing determines one by one, and that no file shares out."""
     if not all(joint.sharing.is_zero for joint in machine.motor_joints):
         return []
     names = [machine.joint(j).name for j in sorted({*joined, *(k for moving in joined.values() for k in moving)})]
     what = "move each other, so only what their torques do together is determined: they are those of the least sum of "
-    return [f"{', '.join(names)} {what}squares; sharing in [motors] weighs them"] if names else []
+    return [f"{', '.join(names)} {what}squares; sharing in [motors] weights them"] if names else []

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import did_you_mean, quoted
+from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.prescribed_motion import WRENCH
-from symoro_elastic.machine.scene import BASE, Asked, Point
+from symoro_elastic.machine.scene import BASE, Point, RequestedPart
 from symoro_elastic.models.cells import Points
 
 MOTOR_TORQUE = "tau"
@@ -29,7 +29,7 @@ FRAME_OUTPUTS = {
 
 @dataclass(frozen=True)
 class JointSignal:
-    """Torque of a motor, or position (0), velocity (1), acceleration (2) of a joint's own variable, by its number."""
+    """Torque of a motor, or position (0), velocity (1), acceleration (2) of a joint coordinate, by its number."""
 
     name: str
     number: int
@@ -95,11 +95,11 @@ def joint_signals(names: Iterable[str]) -> set[str]:
 
 def entry_of(machine: Machine, signal: JointSignal) -> int:
     """Return the index in q of the joint of a signal; raises `InputError` for a joint that follows from others."""
-    if signal.number not in machine.moving:
-        names = ", ".join(joint.name for joint in machine.moving_joints)
-        what = f"{quoted(signal.name)}: {machine.joint(signal.number).name} follows from a loop: name one of {names}"
+    if signal.number not in machine.independent:
+        names = ", ".join(joint.name for joint in machine.independent_joints)
+        what = f"{quote(signal.name)}: {machine.joint(signal.number).name} follows from a loop: name one of {names}"
         raise _error(machine, "signal", what)
-    return machine.moving.index(signal.number)
+    return machine.independent.index(signal.number)
 
 
 def points_of(signals: Sequence[Signal]) -> Points:
@@ -114,9 +114,7 @@ def _input(machine: Machine, name: str) -> Signal:
     j = _joint(machine, name, owner, "input")
     if j not in machine.motors:
         motors = ", ".join(default_inputs(machine)) or "this machine has none"
-        what = (
-            f"{quoted(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH_INPUTS)}"
-        )
+        what = f"{quote(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH_INPUTS)}"
         raise _error(machine, "input", what)
     return JointSignal(f"{owner}.{MOTOR_TORQUE}", j)
 
@@ -135,39 +133,37 @@ def _split(machine: Machine, name: str, known: set[str], usual: str) -> tuple[st
         return name, usual
     owner, dot, quantity = name.rpartition(".")
     if not dot or quantity not in known:
-        what = f"{quoted(name)} is not NAME.QUANTITY with a quantity of {', '.join(sorted(known))}"
+        what = f"{quote(name)} is not NAME.QUANTITY with a quantity of {', '.join(sorted(known))}"
         raise _error(machine, "signal", what)
     return owner, quantity
 
 
 def _joint(machine: Machine, name: str, owner: str, place: str) -> int:
     """Return the number of a joint that has a variable of its own, whether independent or not."""
-    numbers = {machine.joint(j).name: j for j in machine.owners}
+    numbers = {machine.joint(j).name: j for j in machine.with_variable}
     if owner not in numbers:
-        what = f"{quoted(name)}: no joint {quoted(owner)} moves{did_you_mean(owner, numbers)}"
+        what = f"{quote(name)}: no joint {quote(owner)} moves{did_you_mean(owner, numbers)}"
         raise _error(machine, place, what)
     return numbers[owner]
 
 
 def _frame(machine: Machine, name: str, owner: str, component: int, order: int, place: str) -> FrameSignal:
     try:
-        asked = Asked.parse(owner)
+        asked = RequestedPart.parse(owner)
     except FormulaError as error:
-        raise _error(machine, place, f"{quoted(name)}: {error}") from None
+        raise _error(machine, place, f"{quote(name)}: {error}") from None
     names = [joint.name for joint in machine.joints]
-    if asked.name == BASE and BASE not in names and machine.floating and not asked.at:
+    if asked.name == BASE and BASE not in names and machine.degrees_of_base and not asked.at:
         return FrameSignal(name, 0, component, order)
     if asked.seen_from:
-        raise _error(
-            machine, place, f"{quoted(name)}: directions are axes of frame 0: leave out 'in {asked.seen_from}'"
-        )
+        raise _error(machine, place, f"{quote(name)}: directions are axes of frame 0: leave out 'in {asked.seen_from}'")
     if asked.name not in names:
-        what = f"{quoted(name)}: no frame {quoted(asked.name)}{did_you_mean(asked.name, names)}"
+        what = f"{quote(name)}: no frame {quote(asked.name)}{did_you_mean(asked.name, names)}"
         raise _error(machine, place, what)
     parameters = {parameter.name for parameter in machine.parameters}
     unknown = sorted(set().union(*(cell.names for cell in asked.at or ())) - parameters)
     if unknown:
-        raise _error(machine, place, f"{quoted(name)}: {unknown[0]} is no parameter of the machine")
+        raise _error(machine, place, f"{quote(name)}: {unknown[0]} is not a parameter of the machine")
     return FrameSignal(name, names.index(asked.name) + 1, component, order, asked.at)
 
 

@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.static_springs import with_free_springs
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import equilibrium, starting_point
-from symoro_elastic.vibration.linearization import motion_of
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium, starting_point
 
 SOFT = "gravity or a load is stronger than its spring at this position: keep it in the motion"
 LEAST = 1e-9

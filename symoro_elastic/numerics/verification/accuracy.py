@@ -2,7 +2,7 @@
 
 The error at a state is the largest difference from the exact result over its largest entry (over 1 where the result
 is zero), divided by the unit roundoff u of the arithmetic; of a model with several results, the worst of these. Exact
-values come from extended precision, the worst one from balls (`numerics/balls.py`), so it is proven.
+values come from extended precision, the worst one from balls, so it is proven.
 """
 
 from __future__ import annotations
@@ -11,19 +11,28 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array
 from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.models.catalogue import TracedModel
-from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Parameters, evaluated
-from symoro_elastic.numerics.balls import Balls, NoEnclosure, distance, enclosures, is_out_of_range, sums
-from symoro_elastic.numerics.states import States
-from symoro_elastic.numerics.tails import bound_of_more, bound_of_quotients
-from symoro_elastic.progress import Progress, no_progress
+from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Parameters, evaluate_arrays
+from symoro_elastic.numerics.quantile_bound import bound_of_more, bound_of_quotients
+from symoro_elastic.numerics.verification.states import States
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes, library
+from symoro_elastic.symbolic.operations import COSPI, SIGN
+from symoro_elastic.symbolic.program import Program
+
+FIRST_BITS, MOST_BITS = 160, 20_480
+PROVEN_ZERO = 1e-100
+"""Results that are proven smaller are zero."""
 
 ComputedResults = Mapping[str, AnyArray | Sequence[AnyArray]]
 """Results by name, states along the first axis; a sequence of arrays stands for their sum."""
@@ -44,11 +53,10 @@ LEAST_ERROR = 2.0**-6
 """Errors below it, in u, are as good as it: exact results have no tail."""
 
 
-def rounded(states: States, precision: Precision) -> States:
+def round_states(states: States, precision: Precision) -> States:
     """Return the states rounded to the arrays of this precision."""
     dtype = TYPES[precision.state]
-    held = {name: getattr(states, name).astype(dtype).astype(float) for name in states.arguments}
-    return States(**held, titles=states.titles)
+    return states.map(lambda block: block.astype(dtype).astype(float))
 
 
 def rounded_values(values: Mapping[str, float], precision: Precision) -> dict[str, float]:
@@ -64,7 +72,7 @@ class Errors:
     Next to them, worst and median effect of moving every input (variables, velocities, torques, parameters) one ulp
     up or down at the same states; NaN where numpy has no extended precision. States where the model divides by zero,
     or whose exact results are out of range, are not `judged`. `unseen` bounds the worst error at `UNSEEN` other states
-    drawn the same way (`numerics/tails.py`).
+    drawn the same way (`numerics/quantile_bound.py`).
     """
 
     u: float
@@ -103,8 +111,8 @@ class Reference:
     def at(self, part: slice) -> dict[str, AnyArray]:
         """Return results by name at the states of one of the `parts`."""
         if part.start not in self._known:
-            whole = self.states.part(slice(part.start, part.start + self._step))
-            self._known[part.start] = evaluated(self.traced, whole, self.values, EXTENDED)
+            whole = self.states[part.start : part.start + self._step]
+            self._known[part.start] = evaluate_arrays(self.traced, whole, self.values, EXTENDED)
         return {name: entries[: part.stop - part.start] for name, entries in self._known[part.start].items()}
 
 
@@ -122,7 +130,7 @@ def measure(
 ) -> Errors:
     """Return the errors of `results`, computed in this precision for `states` and the parameters `values`.
 
-    States and values are exact as they are: where the arrays of the precision do not hold them (`rounded`,
+    States and values are exact as they are: where the arrays of the precision do not hold them (`round_states`,
     `rounded_values` do), their rounding is part of the error. A `reference` at these states, or at more, saves time.
     Where cancelling terms do not make errors grow, as in double-double, they need not count for the bound.
     Some 20 000 states a second for a 6-joint arm; a thousand times fewer in double-double, or where numpy has no
@@ -211,9 +219,9 @@ class _Judge:
         """Return the largest effect of moved inputs at the first states, in u; NaN at all others."""
         effects = np.full(part.stop - part.start, np.nan)
         some = slice(0, max(0, MOVED_STATES - part.start))
-        states = self.states.part(part).part(some)
+        states = self.states[part][some]
         for _ in range(math.ceil(LEAST_MOVES / len(self.states)) if len(states) else 0):
-            other = evaluated(self.traced, *self._moved(states, rng), EXTENDED)
+            other = evaluate_arrays(self.traced, *self._moved(states, rng), EXTENDED)
             effect = _distance({name: [x] for name, x in other.items()}, {name: x[some] for name, x in wanted.items()})
             effects[some] = np.fmax(effects[some], effect / self.u)
         return effects
@@ -225,10 +233,7 @@ class _Judge:
             moved: Array = self._off(x, np.where(rng.random(x.shape) < 0.5, -np.inf, np.inf))
             return moved
 
-        moved = {name: off(getattr(states, name)) for name in states.arguments}
-        return States(**moved, titles=states.titles), {
-            name: off(np.full(len(states), value)) for name, value in self.values.items()
-        }
+        return states.map(off), {name: off(np.full(len(states), value)) for name, value in self.values.items()}
 
     def _off(self, x: Any, towards: Any) -> Any:
         """Return numbers one ulp of the precision off."""
@@ -314,3 +319,89 @@ def _distance(results: Mapping[str, Sequence[AnyArray]], wanted: Mapping[str, An
             relative = (difference / np.where(scale > EXTENDED_ZERO, scale, 1)).astype(float)
             worst = np.maximum(worst, np.where(np.isfinite(relative), relative, np.inf))
     return worst
+
+
+Balls = list[Any]
+
+
+# Exact values of programs, enclosed in balls: numbers with a proven bound of their error (python-flint's arb).
+class NoEnclosure(ArithmeticError):
+    """No finite enclosure exists: the model divides by zero at this state, or by a number within rounding of it."""
+
+
+def enclosures(program: Program, symbols: Mapping[str, float], negligible: float) -> dict[str, Balls]:
+    """Return results of a program by name, entry by entry, for these exact inputs.
+
+    Precision is raised until every radius is below `negligible` times the largest entry of its result, or the
+    result is proven zero. Raises `NoEnclosure`, and `InputError` where python-flint is missing.
+    """
+    flint = _flint()
+    bits = FIRST_BITS
+    while bits <= MOST_BITS:
+        with flint.ctx.workprec(bits):
+            results = _evaluated(program, symbols)
+            if all(_is_tight(entries, negligible) for entries in results.values()):
+                return results
+        bits *= 2
+    raise NoEnclosure(f"no enclosure with {MOST_BITS} bits: the model divides by a number within rounding of zero")
+
+
+def sums(parts: Sequence[Sequence[float]]) -> Balls:
+    """Return the exact sums of numbers given in parts."""
+    flint = _flint()
+    with flint.ctx.workprec(FIRST_BITS):
+        return [sum(map(flint.arb, entry), flint.arb(0)) for entry in zip(*parts, strict=True)]
+
+
+def distance(computed: Balls, entries: Balls) -> float:
+    """Return the largest difference from enclosed entries over the largest of these, or over 1 where all are zero.
+
+    A proven upper bound, infinite where an entry found is not finite.
+    """
+    flint = _flint()
+    if not all(x.is_finite() for x in computed):
+        return math.inf
+    with flint.ctx.workprec(2 * FIRST_BITS):
+        difference = max((abs(x - y).upper() for x, y in zip(computed, entries, strict=True)), default=flint.arb(0))
+        return float((difference / scale(entries)).upper())
+
+
+def scale(entries: Balls) -> Any:
+    """Return the largest entry, from below; 1 where all are zero."""
+    largest = max((entry.abs_lower() for entry in entries), default=0)
+    return largest if largest > PROVEN_ZERO else _flint().arb(1)
+
+
+def is_out_of_range(entries: Balls, most: float) -> bool:
+    """Return whether an entry is surely larger than the largest number of a precision."""
+    return any(entry.abs_lower() > most for entry in entries)
+
+
+def _is_tight(entries: Balls, negligible: float) -> bool:
+    if not all(entry.is_finite() for entry in entries):
+        return False
+    largest = max((entry.abs_lower() for entry in entries), default=0)
+    allowed = largest * negligible if largest > PROVEN_ZERO else PROVEN_ZERO
+    return all(entry.rad() <= allowed for entry in entries)
+
+
+def _evaluated(program: Program, symbols: Mapping[str, float]) -> dict[str, Balls]:
+    balls, arb = _arithmetic(), _flint().arb
+    value = evaluate_nodes(program.nodes, {name: arb(x) for name, x in symbols.items()}, balls)
+    return {output.name: [value(x) for x in output.entries] for output in program.outputs}
+
+
+@cache
+def _arithmetic() -> Arithmetic[Any]:
+    flint = _flint()
+    arb = flint.arb
+
+    def number(x: Fraction | int) -> Any:
+        return arb(flint.fmpq(*Fraction(x).as_integer_ratio()))
+
+    return Arithmetic(number, library(arb, {SIGN: arb.sgn, COSPI: arb.cos_pi}))
+
+
+@cache
+def _flint() -> Any:
+    return import_optional("flint", "an error bound", "accuracy")

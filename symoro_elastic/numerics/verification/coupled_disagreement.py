@@ -1,8 +1,9 @@
-"""A and H of coupled machines against recursive Newton-Euler on the tree, its joints moved by differences of positions.
+"""A and H against recursive Newton-Euler; where joints are coupled on the tree, moved by differences of positions.
 
-Nothing of the traced couplings is used: positions of the tree close the loops by 4x4 matrices, in 100 digits, along a
-course with given velocities and accelerations of the independent variables. Differences give rates and accelerations
-of all joints, dq/du and dx/du; the tree with all its joints free then needs forces that S^T brings to the variables.
+There nothing of the traced couplings is used: positions of the tree close the loops by 4x4 matrices, in 100 digits,
+along a motion with given velocities and accelerations of the independent variables. Differences give rates and
+accelerations of all joints, dq/du and dx/du; the tree with all its joints free then needs forces that S^T brings to the
+variables.
 """
 
 from __future__ import annotations
@@ -13,17 +14,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.machine.free_base import with_given_acceleration
 from symoro_elastic.machine.loops import Closing
-from symoro_elastic.machine.machine import Friction, Given, Joint, Kind, Machine, Spring
+from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.linear_systems import Numbers, distance, dot, solve
+from symoro_elastic.models.loops.plan import lacks_closed_form
+from symoro_elastic.models.state import DEPENDENT
+from symoro_elastic.numerics.verification.linear_systems import Numbers, distance, dot, solve
+from symoro_elastic.numerics.verification.reference import Reference, StateArguments, StateReference
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, multiprecision
-
-if TYPE_CHECKING:
-    from symoro_elastic.numerics.reference import Reference, StateArguments, StateReference
 
 DIGITS, STEP = 100, Fraction(1, 10**25)
 """Differences over such steps have 50 digits."""
@@ -32,22 +34,33 @@ BRANCH = 1e-9
 """How far variables of closed form may be from those that continuation finds: 1e-11, rounded."""
 
 
-def coupled_disagreement(reference: Reference, state: StateArguments, seed: int = 0) -> float:
+def newton_euler_disagreement(reference: Reference, state: StateArguments, seed: int = 0) -> float:
+    """Return A x + H minus the recursive Newton-Euler torques at random accelerations x, relative."""
+    if reference.coupled:
+        return _coupled_disagreement(reference, state, seed)
+    point, source = reference.at(state), random.Random(seed)
+    x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
+    wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
+    given = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
+    results = point.run(reference.newton_euler, point.arguments(reference.newton_euler, given))
+    return distance([*results.get("f0", ()), *results["tau"]], wanted)
+
+
+def _coupled_disagreement(reference: Reference, state: StateArguments, seed: int) -> float:
     """Return A x + H minus the forces that the tree needs at random accelerations x, relative."""
     point, source = replace(reference.at(state), arithmetic=multiprecision(DIGITS), digits=DIGITS), random.Random(seed)
     machine, number = reference.machine, point.arithmetic.number
-    x = [number(Fraction(source.uniform(-1, 1))) for _ in range(point.of_base + len(machine.moving))]
-    course = _Course(point, x[point.of_base :])
-    closed = course.at_start
-    q_dep = [closed.x[str(machine.joint(j).variable)] for j in machine.dependent]
-    given = {"V0d": x[: point.of_base], "q_dep": q_dep}
+    x = [number(Fraction(source.uniform(-1, 1))) for _ in range(point.of_base + len(machine.independent))]
+    motion = _Motion(point, x[point.of_base :])
+    closed = motion.at_start
+    dependent = [closed.x[str(machine.joint(j).variable)] for j in machine.dependent]
+    given = {"V0d": x[: point.of_base], DEPENDENT: dependent}
     n = len(x)
     A = point.run(reference.inertia, point.arguments(reference.inertia, given))["A"]
     H = point.run(reference.bias, point.arguments(reference.bias, given))["H"]
     wanted = [dot(A[k * n : (k + 1) * n], x) + H[k] for k in range(n)]
     off = distance([*point.variables.values()], [closed.x[name] for name in point.variables])
-    closed_form = reference.coupled is not None and not reference.coupled.bound.takes_dependent
-    return max(distance(course.forces(given), wanted), off if closed_form else 0.0)
+    return max(distance(motion.forces(given), wanted), 0.0 if lacks_closed_form(machine) else off)
 
 
 def branch_error(reference: Reference, state: StateArguments) -> float:
@@ -57,30 +70,30 @@ def branch_error(reference: Reference, state: StateArguments) -> float:
         return 0.0
     symbols: dict[str, float] = {"pi": math.pi, **reference.values}
     symbols |= {name: float(value.value()) for name, value in reference.exact.items()}
-    for argument in ("q", "q_dep"):
+    for argument in ("q", DEPENDENT):
         symbols |= zip(coupled.entries[argument], map(float, state[argument]), strict=True)
     value = evaluate([coupled.bound.variables[j] for j in machine.dependent], symbols, FLOATS)
     found = [(j, float(value(coupled.bound.variables[j]))) for j in machine.dependent]
     turns = {j: 2 * math.pi if machine.joint(j).sigma == 0 else math.inf for j in machine.dependent}
-    away = [math.remainder(x - float(y), turns[j]) for (j, x), y in zip(found, state["q_dep"], strict=True)]
+    away = [math.remainder(x - float(y), turns[j]) for (j, x), y in zip(found, state[DEPENDENT], strict=True)]
     return float(any(abs(x) > BRANCH for x in away))
 
 
 @dataclass(frozen=True)
 class _Position:
-    """Own variables and those of cut joints by name, and values of the joints of the tree by number."""
+    """Joint coordinates and those of cut joints by name, and values of the joints of the tree by number."""
 
     x: dict[str, Any]
     q: dict[int, Any]
 
 
-class _Course:
+class _Motion:
     """Positions along u + ud t + udd t^2/2 from a state, and beside its start."""
 
     def __init__(self, point: StateReference, udd: Numbers) -> None:
         self.point, self.machine, self.udd = point, point.reference.machine, udd
         self.h = point.arithmetic.number(STEP)
-        self.names = [str(self.machine.joint(j).variable) for j in self.machine.moving]
+        self.names = [str(self.machine.joint(j).variable) for j in self.machine.independent]
         dependent = [str(self.machine.joint(j).variable) for j in self.machine.dependent]
         self.cuts = [str(self.machine.joint(one.cut).variable) for one in self.machine.loops if self._turns(one.cut)]
         self.sought = [*dependent, *self.cuts]
@@ -147,7 +160,7 @@ class _Course:
             j: cell(machine.joint(j).selected, variables) + variables.get(str(machine.joint(j).variable), 0)
             for j in machine.articulated
         }
-        own = [str(machine.joint(j).variable) for j in machine.owners]
+        own = [str(machine.joint(j).variable) for j in machine.with_variable]
         return _Position({name: variables[name] for name in (*own, *self.cuts)}, q)
 
     @cached_property
@@ -162,7 +175,7 @@ class _Course:
         return self._position(found)
 
     def forces(self, given: Mapping[str, Numbers]) -> Numbers:
-        """Forces on the base and on the independent variables that the course needs, friction included."""
+        """Forces on the base and on the independent variables that the motion needs, friction included."""
         h, start = self.h, self.at_start
         after, before = (
             self._beside(
@@ -200,9 +213,8 @@ class _Course:
 
 def _free_tree(machine: Machine) -> Machine:
     """The tree with a motor on each of its joints, and no other force there; cut joints are fixed frames."""
-    floating = machine.floating and replace(machine.floating, known=Given.ACCELERATION)
     joints = tuple(_free(j, joint) for j, joint in enumerate(machine.joints, start=1))
-    return replace(machine, joints=joints, loops=(), floating=floating)
+    return replace(with_given_acceleration(machine), joints=joints, loops=())
 
 
 def _free(j: int, joint: Joint) -> Joint:

@@ -15,20 +15,20 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array
 from symoro_elastic.codegen.printers import constant_values
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import AUTO, INERTIA, RECURSION, Scene
 from symoro_elastic.models.catalogue import BY_INERTIA, TracedModel, models_of
-from symoro_elastic.numerics.arrays import evaluated
-from symoro_elastic.numerics.states import States, moderate_states
+from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.arrays import evaluate_arrays
 from symoro_elastic.numerics.values import NoValues, parameter_values
+from symoro_elastic.numerics.verification.states import States, moderate_states
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, library
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIN
 from symoro_elastic.symbolic.program import OperationCount
-from symoro_elastic.traced import traced
 
 MODEL = "direct_dynamics"
 WITHIN = 2.0
@@ -82,14 +82,6 @@ class Choice:
         """The choice with its reason."""
         return f"{MODEL} by the {WORDS[self.chosen]}: {self.reason}"
 
-    def as_json(self) -> dict[str, Any]:
-        """Return it as plain data; null stands for an error that is not finite."""
-        forms = {
-            one.name: {"operations": one.operations, "error_u": one.error if np.isfinite(one.error) else None}
-            for one in self.forms
-        }
-        return {"chosen": self.chosen, "reason": self.reason, "forms": forms}
-
 
 WORDS = {RECURSION: "recursion", INERTIA: "inertia matrix"}
 
@@ -100,7 +92,7 @@ def with_form(machine: Machine, scene: Scene) -> tuple[Scene, Choice | None]:
     Raises `InputError` for another form than the recursion where no model of the scene has one.
     """
     if scene.form != RECURSION and not BY_INERTIA.keys() & {*models_of(scene)}:
-        what = f"is of {MODEL}, which is not asked for: add it to the models, or leave --form out"
+        what = f"is of {MODEL}, which is not requested: add it to the models, or leave out --form"
         raise InputError(scene.source or machine.label, "--form", what)
     if scene.form != AUTO:
         return scene, None
@@ -116,7 +108,7 @@ def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Ch
     """
     recursion = _traced(machine, scene, RECURSION)
     first = Form(RECURSION, recursion.program.count, np.nan)
-    least = fewest_operations(restricted(machine, scene))
+    least = fewest_operations(restrict(machine, scene))
     if least >= first.operations > 0:
         return Choice(RECURSION, f"{first.operations} operations, the inertia matrix takes more", (first,))
     inertia = _traced(machine, scene, INERTIA)
@@ -124,7 +116,7 @@ def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Ch
     if second.operations >= (LONGEST if with_errors else first.operations):
         return Choice(RECURSION, _more(first, second), (first, second))
     try:
-        errors = predicted(machine, scene, (recursion, inertia))
+        errors = predicted_errors(machine, scene, (recursion, inertia))
     except (InputError, NoValues) as error:
         return Choice(RECURSION, f"errors cannot be predicted: {error}", (first, second))
     forms = (replace(first, error=errors[0]), replace(second, error=errors[1]))
@@ -152,7 +144,7 @@ def fewest_operations(machine: Machine) -> int:
     """Return products and sums that factors of the inertia matrix take of joints that turn; 0 of closed chains."""
     if machine.is_coupled:
         return 0
-    turning = {j for j in machine.moving if machine.joint(j).sigma == 0}
+    turning = {j for j in machine.independent if machine.joint(j).sigma == 0}
     below, total = [0], 0
     for j, joint in enumerate(machine.joints, start=1):
         k = below[joint.antecedent]
@@ -161,12 +153,12 @@ def fewest_operations(machine: Machine) -> int:
     return total
 
 
-def predicted(machine: Machine, scene: Scene, forms: tuple[TracedModel, ...]) -> list[float]:
+def predicted_errors(machine: Machine, scene: Scene, forms: tuple[TracedModel, ...]) -> list[float]:
     """Return the error of each form that 99 of 100 moderate states keep, in u; infinite where it has no value.
 
     Parameters without value get a plausible one. Raises `InputError`, `NoValues`.
     """
-    kept = restricted(machine, scene)
+    kept = restrict(machine, scene)
     draws = [_drawn(kept, seed) for seed in range(DRAWS)]
     errors = [np.concatenate([_errors(form, states, values) for states, values in draws]) for form in forms]
     return [float(np.quantile(one, SHARE, method="higher")) for one in errors]
@@ -176,26 +168,26 @@ def _drawn(machine: Machine, seed: int) -> tuple[States, dict[str, float]]:
     """Return states and values of parameters that single precision holds."""
     values = {name: _rounded(x) for name, x in parameter_values(machine, seed).items()}
     states = moderate_states(machine, STATES, seed, values)
-    return replace(states, **{name: _rounded(getattr(states, name)) for name in states.arguments}), values
+    return states.map(_rounded), values
 
 
 def _traced(machine: Machine, scene: Scene, form: str) -> TracedModel:
     outputs = {name: asked for name, asked in scene.outputs.items() if name == MODEL}
     only = replace(scene, models=(MODEL,), outputs=outputs, steps=(), form=form)
-    return next(one for one in traced(machine, only).models if one.model.name == MODEL)
+    return next(one for one in trace_models(machine, only).models if one.model.name == MODEL)
 
 
 def _errors(form: TracedModel, states: States, values: dict[str, float]) -> Array:
     """Return the error at each state, in u."""
     step = max(1, NUMBERS_AT_ONCE // (1 + len(form.program.nodes)))
-    parts = [states.part(slice(k, k + step)) for k in range(0, len(states), step)]
+    parts = [states[k : k + step] for k in range(0, len(states), step)]
     return np.concatenate([_distance(_in_single(form, some, values), form, some, values) for some in parts])
 
 
 def _distance(found: dict[str, AnyArray], form: TracedModel, states: States, values: dict[str, float]) -> Array:
     worst = np.zeros(len(states))
     with np.errstate(all="ignore"):
-        for name, exact in evaluated(form, states, values, np.float64).items():
+        for name, exact in evaluate_arrays(form, states, values, np.float64).items():
             scale = np.abs(exact).max(axis=1, initial=0)
             apart = np.abs(found[name] - exact).max(axis=1, initial=0) / np.where(scale > 0, scale, 1) / U
             worst = np.maximum(worst, np.where(np.isnan(apart), np.inf, apart))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 REFERENCE_ZERO = 1e-30  # what is smaller is rounding of the reference
 
@@ -53,7 +53,22 @@ def solve(matrix: NumberMatrix, right: Numbers) -> Numbers:
 
 
 def distance(computed: Sequence[Any], wanted: Sequence[Any]) -> float:
-    """Return the largest difference over the largest wanted entry, or over 1 where all of these are zero."""
+    """Return the largest difference over the largest expected entry, or over 1 where all of these are zero."""
     difference = max((abs(x - y) for x, y in zip(computed, wanted, strict=True)), default=0)
     scale = max((abs(y) for y in wanted), default=0)
     return float(difference / (scale if scale > REFERENCE_ZERO else 1))
+
+
+Screw: TypeAlias = tuple[Any, Any, Any]
+"""Cosine and sine of the angle, and the shift."""
+
+
+# Placements in any numbers, turned about and moved along one of their own axes.
+def screwed_about_z(placement: NumberMatrix, c: Any, s: Any, shift: Any) -> NumberMatrix:
+    """Return T Rot(z) Trans(z), by the columns of T."""
+    return [*([x * c + y * s, y * c - x * s, z, p + z * shift] for x, y, z, p in placement[:3]), placement[3]]
+
+
+def screwed_about_x(placement: NumberMatrix, c: Any, s: Any, shift: Any) -> NumberMatrix:
+    """Return T Rot(x) Trans(x), by the columns of T."""
+    return [*([x, y * c + z * s, z * c - y * s, p + x * shift] for x, y, z, p in placement[:3]), placement[3]]

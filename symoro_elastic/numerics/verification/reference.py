@@ -14,22 +14,39 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Given, Joint, Kind, Machine, Spring
+from symoro_elastic.machine.free_base import with_given_acceleration
+from symoro_elastic.machine.machine import Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.models.model import CheckedBy
-from symoro_elastic.numerics import coupled_reference
-from symoro_elastic.numerics.coupled_disagreement import coupled_disagreement
-from symoro_elastic.numerics.coupled_reference import CoupledNumbers, CoupledPrograms
-from symoro_elastic.numerics.linear_systems import NumberMatrix, Numbers, distance, dot, inverse, product, solve
-from symoro_elastic.numerics.screws import Screw, screwed_about_x, screwed_about_z
+from symoro_elastic.numerics.verification.coupled_reference import (
+    CoupledNumbers,
+    CoupledPrograms,
+    driven_motion,
+    projection,
+    shared_torques,
+)
+from symoro_elastic.numerics.verification.linear_systems import (
+    NumberMatrix,
+    Numbers,
+    Screw,
+    dot,
+    inverse,
+    product,
+    screwed_about_x,
+    screwed_about_z,
+    solve,
+)
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes, multiprecision
 from symoro_elastic.symbolic.operations import ATAN2, COS, PI, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
 
 DIGITS = 50
 ULP = Fraction(1, 1 << 52)
+STEP = Fraction(1, 10**17)
+"""Of differences by which a stiffness is differentiated."""
 
 StateArguments = Mapping[str, Array]
 
@@ -75,19 +92,7 @@ class Reference:
             replace(joint, kind=Kind.MOTOR, spring=Spring()) if joint.sigma != 2 else joint
             for joint in self.machine.joints
         )
-        floating = self.machine.floating and replace(self.machine.floating, known=Given.ACCELERATION)
-        return trace(replace(self.machine, joints=joints, floating=floating), "inverse_dynamics").program
-
-    def disagreement(self, state: StateArguments, seed: int = 0) -> float:
-        """Return A x + H minus the recursive Newton-Euler torques at random accelerations x, relative."""
-        if self.coupled:
-            return coupled_disagreement(self, state, seed)
-        point, source = self.at(state), random.Random(seed)
-        x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
-        wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
-        given = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
-        results = point.run(self.newton_euler, point.arguments(self.newton_euler, given))
-        return distance([*results.get("f0", ()), *results["tau"]], wanted)
+        return trace(replace(with_given_acceleration(self.machine), joints=joints), "inverse_dynamics").program
 
 
 def _has_changing_stiffness(machine: Machine) -> bool:
@@ -161,16 +166,20 @@ class StateReference:
 
     @cached_property
     def coupled(self) -> CoupledNumbers:
-        """Own variables of a machine whose joints are coupled, and how they follow from q."""
-        if self.reference.coupled is None:
+        """Joint coordinates of a machine whose joints are coupled, and how they follow from q."""
+        programs = self.reference.coupled
+        if programs is None:
             raise ValueError(f"{self.reference.machine.name} has no coupled joints")
-        return self.reference.coupled.at(self)
+        symbols = dict(self.names)
+        for argument in programs.arguments:
+            symbols |= zip(programs.entries[argument], self.numbers(argument), strict=True)
+        return programs.at(self.arithmetic, symbols, self.qd)
 
     @cached_property
     def variables(self) -> dict[str, Any]:
-        """Values of all own variables by name."""
+        """Values of all joint coordinates by name."""
         machine = self.reference.machine
-        by_joint = self.coupled.x if self.reference.coupled else dict(zip(machine.moving, self.q, strict=True))
+        by_joint = self.coupled.x if self.reference.coupled else dict(zip(machine.independent, self.q, strict=True))
         return machine.by_variable(by_joint)
 
     @cached_property
@@ -189,7 +198,7 @@ class StateReference:
     @property
     def of_base(self) -> int:
         """Degrees of freedom of the base, the first ones."""
-        return 6 if self.reference.machine.floating else 0
+        return self.reference.machine.degrees_of_base
 
     def _result(self, entries: Numbers) -> Numbers:
         """Return an array as it is, or one ulp of its largest entry off."""
@@ -208,9 +217,9 @@ class StateReference:
         return multiprecision(self.digits).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
     def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
-        """Return entries of the joints with these numbers; 0 stands for those of a floating base, in turn."""
+        """Return entries of the joints with these numbers; 0 stands for those of the base, in turn."""
         base = iter(entries[: self.of_base])
-        by_number = dict(zip(self.reference.machine.moving, entries[self.of_base :], strict=True))
+        by_number = dict(zip(self.reference.machine.independent, entries[self.of_base :], strict=True))
         return [by_number[j] if j else next(base) for j in rows]
 
     def _inertia(self, traced: TracedModel) -> dict[str, Numbers]:
@@ -222,42 +231,90 @@ class StateReference:
     def _bias(self, traced: TracedModel) -> dict[str, Numbers]:
         return {"H": self._of_joints(self.H, traced.rows["H"])}
 
-    def _exerted(self) -> Numbers:
-        """Return Gamma of the joints without motor: -k (q - q0) - d qd [9]."""
-        return [
-            -self.cell(joint.spring.stiffness) * (q - self.cell(joint.spring.neutral))
-            - self.cell(joint.spring.damping) * qd
-            if joint.kind is Kind.ELASTIC
-            else self.arithmetic.number(0)
-            for joint, q, qd in zip(self.reference.machine.moving_joints, self.q, self.qd, strict=True)
-        ]
+    def _passive_forces(self) -> dict[int, Any]:
+        """Return what springs and dampers exert on joint coordinates, by the joint that owns them (L3).
+
+        A spring has -k (x - x0) - d xd, and -k' (x - x0)^2 / 2 on each variable by which k changes.
+        """
+        machine, (x, xd) = self.reference.machine, self._joint_coordinates()
+        forces = dict.fromkeys(machine.with_variable, self.arithmetic.number(0))
+        for j in machine.elastic:
+            spring = machine.joint(j).spring
+            stretch = x[j] - self.cell(spring.neutral)
+            forces[j] += -self.cell(spring.stiffness, self.variables) * stretch - self.cell(spring.damping) * xd[j]
+            for name in spring.stiffness.names & machine.variables.keys():
+                forces[machine.variables[name]] -= self._slope(spring.stiffness, name) * stretch * stretch / 2
+        return forces
+
+    def _joint_coordinates(self) -> tuple[Mapping[int, Any], Mapping[int, Any]]:
+        """Return joint coordinates and their rates, by joint."""
+        if self.reference.coupled:
+            return self.coupled.x, self.coupled.xd
+        joints = self.reference.machine.independent
+        return dict(zip(joints, self.q, strict=True)), dict(zip(joints, self.qd, strict=True))
+
+    def _slope(self, formula: Formula, name: str) -> Any:
+        """Return the derivative of a formula by a variable."""
+        h = self.arithmetic.number(STEP)
+        after, before = ({**self.variables, name: self.variables[name] + way * h} for way in (1, -1))
+        return (self.cell(formula, after) - self.cell(formula, before)) / (2 * h)
+
+    def _on_independent(self, forces: Mapping[int, Any]) -> Numbers:
+        """Return what forces on joint coordinates are on the independent ones (L3)."""
+        if self.reference.coupled:
+            return projection(self.coupled.S_x, forces, self.arithmetic.number(0))
+        return [forces[j] for j in self.reference.machine.independent]
 
     def _direct(self, traced: TracedModel) -> dict[str, Numbers]:
-        if self.reference.coupled:
-            return self._solved(traced, [None] * len(self.q), coupled_reference.exerted(self))
-        Gamma, tau = self._exerted(), iter(self.numbers("tau"))
-        for k, joint in enumerate(self.reference.machine.moving_joints):
-            if joint.kind is Kind.MOTOR:
-                Gamma[k] = next(tau)
-        return self._solved(traced, [None] * len(Gamma), Gamma)
+        forces = self._passive_forces()
+        for j, tau in zip(self.reference.machine.motors, self.numbers("tau"), strict=True):
+            forces[j] += tau
+        return self._solved(traced, [None] * len(self.q), self._on_independent(forces))
 
     def _inverse(self, traced: TracedModel) -> dict[str, Numbers]:
         if self.reference.coupled:
-            return coupled_reference.driven(self, traced)
-        given = iter(self.numbers("qdd_motor"))
-        known = [next(given) if joint.kind is Kind.MOTOR else None for joint in self.reference.machine.moving_joints]
-        return self._solved(traced, known, self._exerted())
+            return self._driven(traced)
+        machine = self.reference.machine
+        given = dict(zip(machine.motors, self.numbers("qdd_motor"), strict=True))
+        return self._solved(
+            traced, [given.get(j) for j in machine.independent], self._on_independent(self._passive_forces())
+        )
+
+    def _driven(self, traced: TracedModel) -> dict[str, Numbers]:
+        """Return torques of motors and accelerations of independent variables for accelerations of the motors (L30)."""
+        machine, S_x = self.reference.machine, self.coupled.S_x
+        qdd_motor = dict(zip(machine.motors, self.numbers("qdd_motor"), strict=True))
+        S_m = {m: [*([0] * self.of_base), *S_x[m]] for m in machine.motors}
+        wanted = {m: x - self.coupled.gam_x[m] for m, x in qdd_motor.items()}
+        V0d, f0 = self._given_on_base()
+        exerted = [*f0, *self._on_independent(self._passive_forces())]
+        rest = [h - x for h, x in zip(self.H, exerted, strict=True)]
+        udd, tau = driven_motion(self.A, rest, S_m, wanted, V0d)
+        if len(tau) < len(S_m):
+            tau = shared_torques(S_m, tau, {m: self._share(machine.joint(m).sharing) for m in S_m})
+        wrench = [dot(row, udd) + h for row, h in zip(self.A[: self.of_base], self.H, strict=False)]
+        on_base = {"V0d": udd[: self.of_base], "f0": wrench}
+        by_joint = {"tau": tau, "qdd": dict(zip(machine.independent, udd[self.of_base :], strict=True))}
+        return {
+            name: on_base[name] if name in on_base else [by_joint[name][j] for j in asked]
+            for name, asked in traced.rows.items()
+        }
+
+    def _given_on_base(self) -> tuple[Numbers, Numbers]:
+        """Return the acceleration of the base that is known, if any, and the wrench on it, else zero."""
+        given = {name: self.numbers(name) for name in known_of_base(self.reference.machine)}
+        return given.get("V0d", []), given.get("f0", [self.arithmetic.number(0)] * self.of_base)
+
+    def _share(self, sharing: Formula) -> Any:
+        return self.arithmetic.number(1) if sharing.is_zero else self.cell(sharing)
 
     def _solved(self, traced: TracedModel, known: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:
         """Solve Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11].
 
-        The accelerations that are `known` are qdd_r, the others (None) qdd_e; those of a floating base go first.
+        The accelerations that are `known` are qdd_r, the others (None) qdd_e; those of the base go first.
         """
-        floating, zero = self.reference.machine.floating, self.arithmetic.number(0)
-        if floating and floating.known is Given.ACCELERATION:
-            known, exerted = [*self.numbers("V0d"), *known], [zero] * 6 + exerted
-        elif floating:
-            known, exerted = [None] * 6 + list(known), [*self.numbers("f0"), *exerted]
+        zero, (V0d, f0) = self.arithmetic.number(0), self._given_on_base()
+        known, exerted = [*(V0d or [None] * self.of_base), *known], [*f0, *exerted]
         soft = [k for k, x in enumerate(known) if x is None]
         qdd, Gamma = [zero if x is None else x for x in known], exerted
         right = [Gamma[k] - self.H[k] - dot(self.A[k], qdd) for k in soft]
@@ -280,7 +337,7 @@ class StateReference:
         return {"T": [x for placement in seen for row in placement for x in row]}
 
     def placements(self, variables: Mapping[str, Any]) -> list[NumberMatrix]:
-        """Return 0Tj of the base and all rows of the table, with these values of the own variables, by name."""
+        """Return 0Tj of the base and all rows of the table, with these values of the joint coordinates, by name."""
         zero, one = self.arithmetic.number(0), self.arithmetic.number(1)
         placed: list[NumberMatrix] = [[[one if m == n else zero for n in range(4)] for m in range(4)]]
         for joint in self.reference.machine.joints:

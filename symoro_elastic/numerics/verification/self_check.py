@@ -1,8 +1,9 @@
-"""Surviving digits without a reference: the generated C run in the four rounding modes of the processor.
+"""`check --self`: digits of the results of generated C that survive rounding, by rounding modes alone.
 
-The modes push every rounding, each its own way, so results that agree in all of them hold few rounding errors. Sines
-and cosines are those of the C library, which rounds to nearest in any mode (the branch-free ones of the generated code
-reduce angles by rounding to nearest), moved by an ulp. The generated code as it is is run too.
+The generated C runs in the four rounding modes of the processor, without a reference. The modes push every rounding,
+each its own way, so results that agree in all of them hold few rounding errors. Sines and cosines are those of the C
+library, which rounds to nearest in any mode (the branch-free ones of the generated code reduce angles by rounding to
+nearest), moved by an ulp. The generated code as it is is run too.
 
 Five runs are samples of what rounding does, not its limits: the largest difference between two of them is taken
 `SAFETY` times, and `WIDENING` ulps of the largest entry are added for errors that no mode shows, such as those of
@@ -13,19 +14,26 @@ from __future__ import annotations
 
 import ctypes
 import math
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.codegen.c_wrappers import wrapped
+from symoro_elastic.codegen.c_wrappers import wrapper_context
 from symoro_elastic.codegen.compile import compile_library, compile_package, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.templates import render
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.values import parameter_values
+from symoro_elastic.numerics.verification.states import States, extreme_states, moderate_states
 
 MODES = ("to nearest", "upward", "downward", "towards zero")
 SHIM = "rounding_modes.c"
@@ -33,6 +41,67 @@ ROUNDING_FLAGS = ("-O0", "-frounding-math")
 SAFETY = 2
 WIDENING = 1
 DOUBLE_ULP = 2.0**-52
+
+CHECKED_STATES = 1000
+
+
+@dataclass(frozen=True)
+class Surviving:
+    """The spread of a result over some states: worst, median, decimal digits that survive at worst, and where."""
+
+    worst: float
+    typical: float
+    digits: float
+    at: str
+
+
+@dataclass(frozen=True)
+class ResultCheck:
+    """One result of a model, at moderate and at extreme states."""
+
+    model: str
+    result: str
+    moderate: Surviving
+    extreme: Surviving
+
+
+def self_check(
+    machine: Machine, scene: Scene, *, states: int = CHECKED_STATES, seed: int = 0, progress: Progress = no_progress
+) -> list[ResultCheck]:
+    """Return the check of every result of the models of a scene, run in the four rounding modes.
+
+    `states` moderate and as many extreme states; parameters without value get a plausible one. Raises `NoValues`,
+    `CompilerMissing`, `CompilationFailed`.
+    """
+    programs = trace_models(machine, scene)
+    kept = programs.machine
+    values = parameter_values(kept, seed)
+    p = np.array([values[parameter.name] for parameter in programs.package.parameters], dtype=float)
+    drawn = [draw(kept, states, seed, values) for draw in (moderate_states, extreme_states)]
+    checks = []
+    with tempfile.TemporaryDirectory() as folder:
+        modes = RoundingModes(programs.package, Path(folder))
+        for k, model in enumerate(programs.models, start=1):
+            spreads = [_run(modes, model.model.name, model.model.arguments, some, p) for some in drawn]
+            for name in model.results:
+                survive = (_surviving(spread[name], some) for spread, some in zip(spreads, drawn, strict=True))
+                checks.append(ResultCheck(model.model.name, name, *survive))
+            progress(k, len(programs.models))
+    return checks
+
+
+def _run(modes: RoundingModes, model: str, arguments: tuple[str, ...], states: States, p: Array) -> dict[str, Spread]:
+    return modes.run(model, len(states), states.only(arguments) | {"p": p})
+
+
+def _surviving(spread: Spread, states: States) -> Surviving:
+    worst = int(np.argmax(spread.spread))
+    return Surviving(
+        float(spread.spread[worst]),
+        float(np.median(spread.spread)),
+        float(spread.digits[worst]),
+        f"state {worst + 1} ({states.titles[worst]})",
+    )
 
 
 @dataclass(frozen=True)
@@ -111,5 +180,5 @@ def _shim(package: Package) -> str:
         "c/rounding_modes.c.j2",
         name=package.name,
         macro=package.name.upper(),
-        functions=[wrapped(package, f, DOUBLE) for f in package.functions],
+        functions=[wrapper_context(package, f, DOUBLE) for f in package.functions],
     )

@@ -5,93 +5,56 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.domain import Domain
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.numerics.assembled_states import assembled_states, start_of
-from symoro_elastic.numerics.base_states import base_states
-from symoro_elastic.numerics.reference_motions import reference_motions
+from symoro_elastic.mechanics.base_body import rotation_of
+from symoro_elastic.models.state import DEPENDENT, State, rows_of_state
 from symoro_elastic.numerics.values import ParameterValues, parameter_values
-from symoro_elastic.quantities import MOTION, ON_BASE, QUANTITIES, STATE, Quantity
+from symoro_elastic.numerics.verification.assembled_states import assembled_states, start_of
+from symoro_elastic.quantities import MOTION, OF_JOINTS, ON_BASE, QUANTITIES, VELOCITIES, Quantity, Samples
+
+STILL = ("at rest", "everything zero")
+FAST = ("very fast and very slow", "everything extreme")
+LOADED = ("large torques", "everything extreme")
+ROTATIONS = ("R0", "Q0")
 
 Rng = np.random.Generator
 
-ARGUMENTS = tuple(row.name for row in STATE)
+ARGUMENTS = tuple(row.name for row in OF_JOINTS)
 MOTIONS = tuple(row.name for row in MOTION)
 
 
 def depends_on_state(arguments: Sequence[str]) -> bool:
-    """Whether arguments are those of a state of joints and motors, or wanted motions."""
+    """Whether arguments are those of a state of joints and motors, or prescribed motions."""
     return {*arguments} <= {*ARGUMENTS, *MOTIONS, "q_static", "f_ext"}
 
 
-def _none() -> Array:
-    return np.empty((0, 0))
-
-
 ZERO = "everything zero"
+MODERATE, EXTREME = 1, 2
+"""Kinds of states: a part of their seeds."""
 WORKING_LOAD, EXTREME_LOAD = 1e3, 1e6  # of springs, N or N m
 
 
 @dataclass(frozen=True)
-class States:
-    """States along the first axis: q, qd, qdd of the moving joints, tau and qdd_motor of the motors.
+class States(State):
+    """Test states; `titles` says what is special about each of them."""
 
-    SI units, radians; `titles` says what is special about each state. R0 to f0 belong to a floating base, q_dep to
-    loops, q_static to static springs, f_ext to frames under wrenches, and are empty where there is none. `motion`
-    (N, 13, m) holds reference motions: y, yd ... by their names.
-    """
-
-    q: Array
-    qd: Array
-    tau: Array
-    qdd_motor: Array
-    qdd: Array
     titles: tuple[str, ...]
-    R0: Array = field(default_factory=_none)
-    Q0: Array = field(default_factory=_none)
-    P0: Array = field(default_factory=_none)
-    V0: Array = field(default_factory=_none)
-    V0d: Array = field(default_factory=_none)
-    f0: Array = field(default_factory=_none)
-    motion: Array = field(default_factory=_none)
-    q_dep: Array = field(default_factory=_none)
-    q_static: Array = field(default_factory=_none)
-    f_ext: Array = field(default_factory=_none)
 
-    def __getattr__(self, name: str) -> Array:
-        """y or one of its derivatives (N, m)."""
-        if name not in MOTIONS:
-            raise AttributeError(name)
-        rows: Array = self.motion[:, MOTIONS.index(name)]
-        return rows
-
-    @property
-    def arguments(self) -> tuple[str, ...]:
-        """Names of the arrays that have values."""
-        on_base = tuple(row.name for row in ON_BASE) if self.V0.shape[1] else ()
-        more = tuple(name for name in ("q_dep", "q_static", "f_ext") if getattr(self, name).shape[1])
-        return (*ARGUMENTS, *more, *on_base, *(("motion",) if self.motion.size else ()))
-
-    def __len__(self) -> int:
-        return len(self.titles)
+    def __getitem__(self, samples: Any) -> Self:
+        titles = np.atleast_1d(np.array(self.titles, dtype=object)[samples])
+        return replace(super().__getitem__(samples), titles=tuple(titles.tolist()))
 
     def __add__(self, other: States) -> States:
-        joined = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in self.arguments}
-        return States(**joined, titles=self.titles + other.titles)
-
-    def part(self, rows: slice) -> States:
-        """Some of the states."""
-        return States(**{name: getattr(self, name)[rows] for name in self.arguments}, titles=self.titles[rows])
-
-    def at(self, state: int) -> dict[str, Array]:
-        """The arguments of one state, by name."""
-        found = {name: getattr(self, name)[state] for name in self.arguments}
-        return found | dict(zip(MOTIONS, found.get("motion", ()), strict=False))
+        joined = {name: np.concatenate([block, other.blocks[name]]) for name, block in self.blocks.items()}
+        return States(joined, self.titles + other.titles)
 
 
 @dataclass(frozen=True)
@@ -122,15 +85,9 @@ def moderate_states(machine: Machine, count: int, seed: int = 0, values: Paramet
     has no value, the variables of cells are drawn again.
     """
     values = values or parameter_values(machine, seed)
-    variables, motors = _variables(machine, values), len(machine.motors)
-    rng = np.random.default_rng([seed, 1])
-    drawn = [("moderate", _moderate(variables, motors, rng, wide=k % 2 == 0)) for k in range(count)]
-    states = _assembled(machine, _stacked(drawn, len(variables), motors), values, seed)
-    states = _defined(machine, states, values, seed)
-    states = _with_motions(states, variables, np.random.default_rng([seed, 5]))
-    states = _with_deflections(machine, states, values, np.random.default_rng([seed, 7]))
-    states = _with_wrenches(machine, states, np.random.default_rng([seed, 9]))
-    return _with_base(machine, states, np.random.default_rng([seed, 3]))
+    variables, rng = _variables(machine, values), np.random.default_rng([seed, MODERATE])
+    drawn = [("moderate", _moderate(variables, len(machine.motors), rng, wide=k % 2 == 0)) for k in range(count)]
+    return _whole(machine, drawn, variables, values, seed, MODERATE)
 
 
 def extreme_states(machine: Machine, count: int, seed: int = 0, values: ParameterValues | None = None) -> States:
@@ -141,20 +98,42 @@ def extreme_states(machine: Machine, count: int, seed: int = 0, values: Paramete
     joints stay within the deflection of 1 MN or 1 MN m. Joints of loops stay near their start, where the loops close.
     """
     values = values or parameter_values(machine, seed)
-    variables, motors = _variables(machine, values), len(machine.motors)
-    rng = np.random.default_rng([seed, 2])
-    found = []
+    variables, rng = _variables(machine, values), np.random.default_rng([seed, EXTREME])
+    drawn = []
     for k in range(count):
         title, change = EXTREMES[k % len(EXTREMES)]
-        state = _moderate(variables, motors, rng, wide=k % 2 == 0)
+        state = _moderate(variables, len(machine.motors), rng, wide=k % 2 == 0)
         change(state, variables, rng)
-        found.append((title, state))
-    states = _assembled(machine, _stacked(found, len(variables), motors), values, seed)
-    states = _defined(machine, states, values, seed)
-    states = _with_motions(states, variables, np.random.default_rng([seed, 6]))
-    states = _with_deflections(machine, states, values, np.random.default_rng([seed, 8]))
-    states = _with_wrenches(machine, states, np.random.default_rng([seed, 10]))
-    return _with_base(machine, states, np.random.default_rng([seed, 4]))
+        drawn.append((title, state))
+    return _whole(machine, drawn, variables, values, seed, EXTREME)
+
+
+def _whole(
+    machine: Machine,
+    drawn: Sequence[tuple[str, _State]],
+    variables: Sequence[_Variable],
+    values: ParameterValues,
+    seed: int,
+    kind: int,
+) -> States:
+    """The states with all blocks that the machine has."""
+    states = _stacked(drawn, len(variables), len(machine.motors))
+    states = _defined(machine, _assembled(machine, states, values, seed), values, seed)
+    motors = [k for k, variable in enumerate(variables) if variable.motor]
+    q, qd, qdd = (block[:, motors] for block in (states.q, states.qd, states.qdd))
+    motions = reference_motions(q, qd, qdd, states.titles, np.random.default_rng([seed, 4 + kind]))
+    more = {
+        "q_static": _deflections(machine, len(states), values, np.random.default_rng([seed, 6 + kind])),
+        "f_ext": _wrenches(machine, states.titles, np.random.default_rng([seed, 8 + kind])),
+        **base_states(states.titles, np.random.default_rng([seed, 2 + kind])),
+        **dict(zip(MOTIONS, motions.transpose(1, 0, 2), strict=True)),
+    }
+    others, entries = np.random.default_rng([seed, 10 + kind]), arguments(machine)
+    for row in rows_of_state(machine):
+        if row.name not in states.blocks and row.name not in more:
+            more[row.name] = drawn_entries(others, len(entries[row.name]), row.samples, states.titles)
+    had = {row.name for row in rows_of_state(machine)}
+    return states.with_blocks(**{name: block for name, block in more.items() if name in had})
 
 
 def _assembled(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
@@ -162,8 +141,8 @@ def _assembled(machine: Machine, states: States, values: ParameterValues, seed: 
     if not machine.loops:
         return states
     q, q_dep = assembled_states(machine, len(states), seed, values)
-    in_loops = np.array([j in machine.in_loops for j in machine.moving], dtype=bool)
-    return replace(states, q=np.where(in_loops, q, states.q), q_dep=q_dep)
+    in_loops = np.array([j in machine.in_loops for j in machine.independent], dtype=bool)
+    return states.with_blocks(q=np.where(in_loops, q, states.q), **{DEPENDENT: q_dep})
 
 
 def _defined(machine: Machine, states: States, values: ParameterValues, seed: int) -> States:
@@ -172,47 +151,31 @@ def _defined(machine: Machine, states: States, values: ParameterValues, seed: in
     if not domain.free:
         return states
     rows, dependent = states.q.copy(), [str(machine.joint(j).variable) for j in machine.dependent]
-    names = [str(machine.joint(j).variable) for j in machine.moving]
+    names = [str(machine.joint(j).variable) for j in machine.independent]
     for k in range(len(states)):
         symbols = {**values, **dict(zip(names, rows[k].tolist(), strict=True))}
-        symbols |= zip(dependent, states.q_dep[k].tolist() if dependent else (), strict=True)
-        found = domain.defined(symbols, source)
+        symbols |= zip(dependent, states.q_dep[k].tolist(), strict=True)
+        found = domain.nearest_defined(symbols, source)
         if found is not None:
             rows[k] = [found[name] for name in names]
         elif refusal := domain.refusal(symbols):
             raise refusal
-    return replace(states, q=rows)
+    return states.with_blocks(q=rows)
 
 
-def _with_base(machine: Machine, states: States, rng: Rng) -> States:
-    """The states, those of a floating base too."""
-    if machine.floating is None:
-        return states
-    kept = {name: getattr(states, name) for name in states.arguments}
-    return States(**kept | base_states(states.titles, rng), titles=states.titles)
+def _deflections(machine: Machine, count: int, values: ParameterValues, rng: Rng) -> Array:
+    """Positions of static joints, within the deflections of a working load."""
+    variables = [_variable(joint, values) for joint in machine.static.values()]
+    drawn = [[x.centre + x.extent * float(rng.uniform(-1, 1)) for _ in range(count)] for x in variables]
+    return np.array(drawn).reshape(len(drawn), count).T
 
 
-def _with_deflections(machine: Machine, states: States, values: ParameterValues, rng: Rng) -> States:
-    """The states, positions of static joints too, within the deflections of a working load."""
-    drawn = [
-        [variable.centre + variable.extent * float(rng.uniform(-1, 1)) for _ in states.titles]
-        for variable in (_variable(joint, values) for joint in machine.static.values())
-    ]
-    return replace(states, q_static=np.array(drawn).reshape(len(drawn), len(states)).T)
-
-
-def _with_wrenches(machine: Machine, states: States, rng: Rng) -> States:
-    """The states, moderate wrenches on frames too; where everything is zero, none."""
-    drawn = [_uniform(QUANTITIES["f_ext"], rng, 6 * len(machine.forces)) for _ in states.titles]
-    acting = np.array([title != ZERO for title in states.titles], dtype=float)
-    return replace(states, f_ext=acting[:, None] * np.array(drawn).reshape(len(states), 6 * len(machine.forces)))
-
-
-def _with_motions(states: States, variables: Sequence[_Variable], rng: Rng) -> States:
-    """The states, reference motions of their motors too."""
-    motors = [k for k, variable in enumerate(variables) if variable.motor]
-    q, qd, qdd = (getattr(states, name)[:, motors] for name in ("q", "qd", "qdd"))
-    return replace(states, motion=reference_motions(q, qd, qdd, states.titles, rng))
+def _wrenches(machine: Machine, titles: Sequence[str], rng: Rng) -> Array:
+    """Moderate wrenches on frames; none where everything is zero."""
+    drawn = [_uniform(QUANTITIES["f_ext"], rng, 6 * len(machine.forces)) for _ in titles]
+    acting = np.array([title != ZERO for title in titles], dtype=float)
+    wrenches: Array = acting[:, None] * np.array(drawn).reshape(len(titles), 6 * len(machine.forces))
+    return wrenches
 
 
 def _stacked(states: Sequence[tuple[str, _State]], variables: int, motors: int) -> States:
@@ -220,12 +183,12 @@ def _stacked(states: Sequence[tuple[str, _State]], variables: int, motors: int) 
         size = motors if QUANTITIES[name].shape == "m" else variables
         return np.array([getattr(state, name) for _, state in states], dtype=float).reshape(len(states), size)
 
-    return States(**{name: stack(name) for name in ARGUMENTS}, titles=tuple(title for title, _ in states))
+    return States({name: stack(name) for name in ARGUMENTS}, tuple(title for title, _ in states))
 
 
 def _variables(machine: Machine, values: ParameterValues) -> list[_Variable]:
     at_start = values | start_of(machine).by_variable
-    return [_variable(joint, at_start) for joint in machine.moving_joints]
+    return [_variable(joint, at_start) for joint in machine.independent_joints]
 
 
 def _variable(joint: Joint, values: ParameterValues) -> _Variable:
@@ -242,7 +205,7 @@ def _moderate(variables: Sequence[_Variable], motors: int, rng: Rng, wide: bool)
     extents = [max(v.extent, 0.5) if wide else v.extent for v in variables]
     return _State(
         [v.centre + extent * float(rng.uniform(-1, 1)) for v, extent in zip(variables, extents, strict=True)],
-        *(_uniform(row, rng, motors if row.shape == "m" else len(variables)) for row in STATE[1:]),
+        *(_uniform(row, rng, motors if row.shape == "m" else len(variables)) for row in OF_JOINTS[1:]),
     )
 
 
@@ -320,3 +283,54 @@ EXTREMES: tuple[tuple[str, Callable[[_State, Sequence[_Variable], Rng], None]], 
     ("everything extreme", _everything),
     (ZERO, _zero),
 )
+
+
+# Test trajectories of feed-forward: all their derivatives are as moderate or extreme as their state.
+def reference_motions(q: Array, qd: Array, qdd: Array, titles: Sequence[str], rng: np.random.Generator) -> Array:
+    """Return y and its derivatives, (N, 13, m), from q, qd, qdd of motors (N, m).
+
+    Each further derivative is up to w times the one before, w from 1 to 100 1/s; with large loads all are to 1e8.
+    """
+    motions = np.zeros((len(titles), len(MOTION), q.shape[1]))
+    motions[:, 0], motions[:, 1], motions[:, 2] = q, qd, qdd
+    for state, title in enumerate(titles):
+        further = motions[state, 3:]
+        if title in LOADED:
+            further[:] = 10 ** rng.uniform(2, 8, further.shape) * rng.choice([-1.0, 1.0], further.shape)
+        elif title not in STILL:
+            rate = 10 ** rng.uniform(0, 2)
+            further[:] = rng.uniform(-5, 5, further.shape) * rate ** np.arange(1, len(further) + 1)[:, None]
+    return motions
+
+
+# Test states of a base that moves freely, as moderate or extreme as those of the joints it carries.
+def base_states(titles: Sequence[str], rng: np.random.Generator) -> dict[str, Array]:
+    """R0, Q0, P0, V0, V0d, f0 of each state, stacked: turned anyhow, within 10 m, velocities within 2,
+    accelerations within 5 and wrenches within 20; of an extreme state as the title says.
+    """
+    drawn = [_drawn(title, rng) for title in titles]
+    return {row.name: np.array([state[row.name] for state in drawn]).reshape(-1, len(row.entries)) for row in ON_BASE}
+
+
+def drawn_entries(rng: np.random.Generator, count: int, samples: Samples | None, titles: Sequence[str]) -> Array:
+    """Entries of a block at each state, as its row and the titles say; zeros where the row says nothing."""
+    rows = [_entries(rng, count, samples or Samples(0), title) for title in titles]
+    return np.array(rows).reshape(len(titles), count)
+
+
+def _drawn(title: str, rng: np.random.Generator) -> dict[str, Array]:
+    quaternion = np.array([1.0, 0.0, 0.0, 0.0]) if title == "everything zero" else rng.normal(size=4)
+    quaternion = quaternion / np.linalg.norm(quaternion)
+    rotations = dict(zip(ROTATIONS, (np.array(rotation_of(quaternion.tolist())).ravel(), quaternion), strict=True))
+    sampled = ((row, row.samples) for row in ON_BASE if row.samples)
+    return rotations | {row.name: _entries(rng, len(row.entries), samples, title) for row, samples in sampled}
+
+
+def _entries(rng: np.random.Generator, count: int, samples: Samples, title: str) -> Array:
+    """Moderate numbers, extreme ones where the title says so, or zeros."""
+    if title in STILL:
+        return np.zeros(count)
+    if samples.decades is None or title not in (FAST if samples is VELOCITIES else LOADED):
+        return rng.uniform(-samples.size, samples.size, count)
+    found: Array = 10 ** rng.uniform(*samples.decades, count) * rng.choice([-1.0, 1.0], count)
+    return found

@@ -18,18 +18,21 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.compile import CompiledPackage, CompilerMissing, compile_package
-from symoro_elastic.codegen.described import Files
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel
+from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.models.model import CheckedBy
-from symoro_elastic.numerics.coupled_disagreement import branch_error
-from symoro_elastic.numerics.feed_forward_residual import residual, torques
+from symoro_elastic.models.traced import Traced, trace_models
 from symoro_elastic.numerics.implementations import (
     Implementation,
     ResultArrays,
@@ -38,13 +41,14 @@ from symoro_elastic.numerics.implementations import (
     import_package,
     numpy_code,
 )
-from symoro_elastic.numerics.linear_systems import REFERENCE_ZERO, Numbers, Singular, distance
-from symoro_elastic.numerics.reference import Reference, StateReference
-from symoro_elastic.numerics.states import States, depends_on_state, extreme_states, moderate_states
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.progress import Progress, no_progress
-from symoro_elastic.results import Part, Result, Titled
-from symoro_elastic.traced import Traced, traced
+from symoro_elastic.numerics.verification.coupled_disagreement import branch_error, newton_euler_disagreement
+from symoro_elastic.numerics.verification.linear_systems import REFERENCE_ZERO, Numbers, Singular, distance, dot
+from symoro_elastic.numerics.verification.reference import Reference, StateReference
+from symoro_elastic.numerics.verification.states import States, depends_on_state, extreme_states, moderate_states
+from symoro_elastic.quantities import HIGHEST_DERIVATIVE, MOTION
+from symoro_elastic.symbolic.arithmetic import evaluate
+from symoro_elastic.symbolic.duals import Dual, differentiating
 
 Runs = list[tuple[str, ResultArrays]]
 
@@ -133,32 +137,6 @@ class Verification(Result):
         verdict = "every error is within its bound" if self.ok else "out of bounds"
         return f"Verification of {self.name}: {len(self.models)} models, {verdict}"
 
-    def parts(self) -> list[Part]:
-        """Return the table of worst errors, and the verdict."""
-        from symoro_elastic.numerics.tables import verification_table
-
-        verdict = "every error is within its bound" if self.ok else "out of bounds"
-        table = Titled(verification_table(self), f"{self.name}: worst relative error, moderate / extreme states")
-        return [table, f"{self.states} states against 50 digits: {verdict}"]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return worst errors as plain data."""
-        from symoro_elastic.numerics.tables import verification_json
-
-        return verification_json(self)
-
-    def columns(self) -> dict[str, list[Any]]:
-        """Return a row for each model: worst relative errors of C, numpy and floats, the bound, the verdict."""
-        each = self.models
-        return {
-            "model": [one.name for one in each],
-            "c": [one.c.error if one.c else None for one in each],
-            "numpy": [one.numpy.error for one in each],
-            "floats": [one.equations.error for one in each],
-            "bound": [one.bound for one in each],
-            "ok": [one.ok for one in each],
-        }
-
 
 def verify(
     machine: Machine,
@@ -175,13 +153,13 @@ def verify(
     value get a plausible one. `progress(done, total)` is called after each state.
     Raises `NoValues`, `SingularPivot`, `CompilationFailed`.
     """
-    programs = traced(machine, scene or Scene())
+    programs = trace_models(machine, scene or Scene())
     with tempfile.TemporaryDirectory() as folder:
-        code = compiled(programs.package, rendered(programs.package), Path(folder))
+        code = build_code(programs.package, render_verified(programs.package), Path(folder))
         return compare(programs, code, states=states, seed=seed, progress=progress)
 
 
-def rendered(package: Package) -> Files:
+def render_verified(package: Package) -> Files:
     """Return the files that are verified: the numpy package and the C library."""
     return render_numpy(package) | render_c_batch(package)
 
@@ -195,7 +173,7 @@ class Code:
     missing: str = ""
 
 
-def compiled(package: Package, files: Files, folder: Path) -> Code:
+def build_code(package: Package, files: Files, folder: Path) -> Code:
     """Return the rendered files of a package, imported and compiled in a folder; raises `CompilationFailed`."""
     python = {name: text for name, text in files.items() if name.endswith(".py")}
     module = import_package(python, folder / "numpy")
@@ -220,10 +198,10 @@ def compare(
     moderate, extreme = states or _how_many(models)
     stacked = moderate_states(kept, moderate, seed, values) + extreme_states(kept, extreme, seed, values)
     runs = _run(code, programs, values, stacked)
-    reference = Reference(kept, values, programs.folded, solved=len(kept.moving) <= MOST_SOLVED)
+    reference = Reference(kept, values, programs.folded, solved=len(kept.independent) <= MOST_SOLVED)
     tallies = [_Tally(model, runs[model.model.name]) for model in models]
     for k in range(len(stacked)):
-        state = _TestState(k, stacked.titles[k], stacked.at(k), k >= moderate, f"{seed} {k}")
+        state = _TestState(k, stacked.titles[k], dict(stacked[k].blocks), k >= moderate, f"{seed} {k}")
         point = reference.at(state.arguments)
         for tally in tallies:
             tally.add(state, point)
@@ -287,7 +265,7 @@ class _Tally:
             self.unjudged.append(f"{state}: {reason}")
             return
         if bound >= 1:
-            self.unjudged.append(f"{state}: one ulp of the inputs changes the result altogether")
+            self.unjudged.append(f"{state}: one ulp of the inputs changes the result completely")
             return
         self.judged[state.extreme] += 1
         self.bound = max(self.bound, bound)
@@ -342,24 +320,117 @@ def _error(computed: Array, wanted: Numbers) -> float:
 
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
     """Return the error of A and H against recursive Newton-Euler, and of traced models against solved ones."""
-    worst = max(
-        reference.disagreement(states.at(0)), *(branch_error(reference, states.at(k)) for k in range(len(states)))
-    )
+    rows = [states[k].blocks for k in range(len(states))]
+    worst = max(newton_euler_disagreement(reference, rows[0]), *(branch_error(reference, row) for row in rows))
     following = [model for model in traced if model.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION]
-    points = [reference.at(states.at(k)) for k in range(len(states) if following else 0)]
+    points = [reference.at(row) for row in (rows if following else ())]
     worst = max([worst, *(residual(point, model) for model in following for point in points)])
     if reference.solved:
         return worst
-    solving = replace(reference.at(states.at(0)), reference=reference.solving())
+    solving = replace(reference.at(rows[0]), reference=reference.solving())
     for model in traced:
         wanted = solving.model(model)
-        worst = max(worst, *(distance(x, wanted[name]) for name, x in reference.at(states.at(0)).model(model).items()))
+        worst = max(worst, *(distance(x, wanted[name]) for name, x in reference.at(rows[0]).model(model).items()))
     return worst
 
 
 def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
-    """Raise `InputError` for a model whose arguments are no state: it has no reference."""
+    """Raise `InputError` for a model whose arguments are not a state: it has no reference."""
     for name in scene.models:
         if not depends_on_state(MODELS[name].arguments):
             what = "there is no reference for it: put its solutions back into geometric_model or inverse_dynamics"
             raise machine.error(f"check, {name}", what)
+
+
+# Residual of the feed-forward in the equations of motion, in many digits.
+#
+# The program is evaluated at y(t) with its rate, which gives q(t), its velocity and acceleration; A and H [8] then give
+# the torques. The springs' law, and the sum of motor and springs being y, are checked apart.
+@dataclass(frozen=True)
+class FeedForwardMotion:
+    """q, qd, qdd of all joints on a reference trajectory, and the forces A qdd + H less those of springs."""
+
+    q: Numbers
+    qd: Numbers
+    qdd: Numbers
+    forces: Numbers
+
+
+def feed_forward_motion(point: StateReference, traced: TracedModel) -> FeedForwardMotion:
+    """Return the motion of a feed-forward, differentiated by time, and its forces."""
+    symbols: dict[str, Any] = dict(point.names)
+    for argument in traced.program.inputs:
+        rate = min(len(argument.name), HIGHEST_DERIVATIVE)  # of the highest derivative, any
+        rates = point.numbers(MOTION[rate].name)
+        symbols |= zip(argument.symbols, map(Dual, point.numbers(argument.name), rates), strict=True)
+    outputs = {o.name: o.entries for o in traced.program.outputs}
+    value = evaluate((*outputs["q"], *outputs["qd"]), symbols, differentiating(point.arithmetic))
+    q, qd = ([value(x) for x in outputs[name]] for name in ("q", "qd"))
+    place, velocity, acceleration = [_value(x) for x in q], [_slope(x) for x in q], [_slope(x) for x in qd]
+    A = point.run(point.reference.inertia, {"q": place})["A"]
+    H = point.run(point.reference.bias, {"q": place, "qd": velocity})["H"]
+    n = len(place)
+    rows = [A[row * n : (row + 1) * n] for row in range(n)]
+    springs = _springs(point, place, velocity)
+    forces = [dot(row, acceleration) + h - x for row, h, x in zip(rows, H, springs, strict=True)]
+    return FeedForwardMotion(place, velocity, acceleration, forces)
+
+
+def _springs(point: StateReference, q: Numbers, qd: Numbers) -> Numbers:
+    """Return what springs and dampers exert on the independent variables, changes of their stiffness included."""
+    bound = _bound(point)
+    passive, friction = bound.passive_forces(), bound.friction_forces()
+    exerted = [passive[j] + friction[j] for j in bound.machine.independent]
+    entries = bound.arguments()
+    symbols = point.names | dict(zip((*entries["q"], *entries["qd"]), (*q, *qd), strict=True))
+    return list(map(evaluate(exerted, symbols, point.arithmetic), exerted))
+
+
+def torques(point: StateReference, traced: TracedModel) -> dict[str, Numbers]:
+    """Return results of a feed-forward: velocities from q by time, torques from the equations of motion."""
+    motion, machine = feed_forward_motion(point, traced), point.reference.machine
+    by_joint = {name: dict(zip(machine.independent, x, strict=True)) for name, x in _named(motion).items()}
+    return {name: [by_joint[name][j] for j in rows] for name, rows in traced.rows.items()}
+
+
+def residual(point: StateReference, traced: TracedModel) -> float:
+    """Return the relative residual of the springs' law, and of the sum of motor and springs being y.
+
+    It is 0 where no deflection balances the load of a spring whose stiffness changes with positions: such a state is
+    not judged.
+    """
+    try:
+        return _residual(point, traced)
+    except ZeroDivisionError:
+        return 0.0
+
+
+def _residual(point: StateReference, traced: TracedModel) -> float:
+    motion, machine = feed_forward_motion(point, traced), point.reference.machine
+    pairs = zip(machine.independent_joints, motion.forces, strict=True)
+    unbalanced = [abs(x) for joint, x in pairs if joint.kind is Kind.ELASTIC]
+    q = dict(zip(machine.independent, motion.q, strict=True))
+    bound = _bound(point)
+    positions = load_positions(bound, chains(bound))
+    symbols = point.names | machine.by_variable(q)
+    value = evaluate(positions.values(), symbols, point.arithmetic)
+    sums = [value(positions[j]) for j in machine.motors]
+    scale = max(map(abs, motion.forces), default=0) or 1
+    return max(float(max(unbalanced, default=0) / scale), distance(sums, point.numbers("y")))
+
+
+def _bound(point: StateReference) -> Bound:
+    coupled = point.reference.coupled
+    return coupled.bound if coupled else Bound(point.reference.machine)
+
+
+def _named(motion: FeedForwardMotion) -> dict[str, Numbers]:
+    return {"tau": motion.forces, "q": motion.q, "qd": motion.qd}
+
+
+def _value(x: Any) -> Any:
+    return x.value if x.__class__ is Dual else x
+
+
+def _slope(x: Any) -> Any:
+    return x.tangent if x.__class__ is Dual else x * 0

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.drawing.shapes import Shape, Solid, Wire, axes_along, inverse, placed
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Joint, Kind
+from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, axes_along, inverse, placement
 
 ROD, LINK, RAIL, BASE, AXES = 0.34, "link", "rail", "base", ("x", "y", "z")
 COIL, TURNS, COIL_POINTS = 3.6, 5, 91
@@ -42,7 +42,7 @@ def joint_shapes(j: int, joint: Joint, T: Array, unit: float) -> Iterator[Solid 
 
 def base_shapes(up: Array, unit: float) -> Iterator[Solid | Wire]:
     """Return the plate that stands for the base, below the origin of frame 0, and the axes of frame 0."""
-    yield Solid(0, BASE, Shape.BOX, placed(-1.6 * unit * up, axes_along(up)), (6 * unit, 6 * unit, 0.6 * unit))
+    yield Solid(0, BASE, Shape.BOX, placement(-1.6 * unit * up, axes_along(up)), (6 * unit, 6 * unit, 0.6 * unit))
     yield from _axes(0, unit)
 
 
@@ -57,7 +57,7 @@ def _sliding(j: int, joint: Joint, seen: Array, unit: float) -> Iterator[Solid |
     if joint.kind is Kind.ELASTIC:
         foot = at - COIL * unit * along
         yield from _rod(a, np.zeros(3), foot, unit)
-        yield replace(_disc(a, unit), placement=placed(foot, axes_along(along)))
+        yield replace(_disc(a, unit), placement=placement(foot, axes_along(along)))
         yield _disc(j, unit)
         yield _coil(j, unit)
         return
@@ -65,7 +65,7 @@ def _sliding(j: int, joint: Joint, seen: Array, unit: float) -> Iterator[Solid |
     ends = sorted((0.0, float(at @ along)))
     low, high = ends[0] - REACH * unit, ends[1] + REACH * unit
     yield from _rod(a, np.zeros(3), foot, unit)
-    rail = placed(foot + along * (low + high) / 2, seen[:3, :3])
+    rail = placement(foot + along * (low + high) / 2, seen[:3, :3])
     yield Solid(a, RAIL, Shape.BOX, rail, (0.5 * unit, 0.5 * unit, high - low))
     yield Solid(j, joint.kind, Shape.BOX, np.eye(4), (1.7 * unit, 1.7 * unit, 2.4 * unit))
 
@@ -85,7 +85,7 @@ def _rod(frame: int, begin: Array, end: Array, unit: float) -> Iterator[Solid]:
     length = float(np.linalg.norm(way))
     if length > SAME * unit:
         size = (ROD * unit, ROD * unit, length)
-        yield Solid(frame, LINK, Shape.CYLINDER, placed((begin + end) / 2, axes_along(way)), size)
+        yield Solid(frame, LINK, Shape.CYLINDER, placement((begin + end) / 2, axes_along(way)), size)
 
 
 def _coil(j: int, unit: float) -> Wire:

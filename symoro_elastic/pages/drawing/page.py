@@ -14,17 +14,18 @@ from typing import Any
 
 from symoro_elastic.codegen.javascript import javascript_function
 from symoro_elastic.codegen.templates import render, template_folder
-from symoro_elastic.drawing.figure import Figure
-from symoro_elastic.drawing.joint_shapes import REACH
-from symoro_elastic.drawing.motions import motions_data
-from symoro_elastic.drawing.palette import DARK, LIGHT, Palette
-from symoro_elastic.drawing.projection import view_of
-from symoro_elastic.drawing.shapes import Solid, Wire
-from symoro_elastic.drawing.shown import ShownMachine
-from symoro_elastic.drawing.significant import rounded
-from symoro_elastic.drawing.svg import legend_of, picture_of, said, svg
-from symoro_elastic.drawing.vibrations import modes_data
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.pages.drawing.figure import Figure
+from symoro_elastic.pages.drawing.joint_shapes import REACH
+from symoro_elastic.pages.drawing.motions import motions_data
+from symoro_elastic.pages.drawing.palette import DARK, LIGHT, Palette
+from symoro_elastic.pages.drawing.projection import view_of
+from symoro_elastic.pages.drawing.shapes import Solid, Wire
+from symoro_elastic.pages.drawing.shown import ShownMachine
+from symoro_elastic.pages.drawing.significant import round_significant
+from symoro_elastic.pages.drawing.svg import joint_counts, legend_of, picture_of, svg
+from symoro_elastic.pages.drawing.vibrations import modes_data
 
 SCRIPTS = (
     "vendor/three.min.js",
@@ -63,11 +64,11 @@ def machine_page(shown: ShownMachine) -> str:
 def page_data(shown: ShownMachine) -> dict[str, Any]:
     """Return all that the scripts of the page read: numbers and texts."""
     machine, figure = shown.placements.machine, shown.figure
-    dependent = shown.placements.dependent(shown.q)
+    dependent = shown.placements.closed(shown.q).q_dep
     return {
         "title": figure.title,
-        "summary": said(figure),
-        "notes": list(machine.notes),
+        "summary": joint_counts(figure),
+        "notes": list(DescribedMachine.of(machine).origin.notes),
         "remarks": list(shown.remarks),
         "legend": [list(entry) for entry in legend_of({*(shape.role for shape in figure.shapes)})],
         "crowded": figure.is_crowded,
@@ -76,13 +77,13 @@ def page_data(shown: ShownMachine) -> dict[str, Any]:
         "slides": list(figure.slides),
         "solids": [_solid(solid) for solid in figure.solids],
         "wires": [_wire(wire) for wire in figure.wires],
-        "extent": rounded(figure.extent),
-        "unit": rounded(figure.unit),
-        "up": rounded(figure.up),
-        "view": rounded(view_of(figure).axes),
-        "q": rounded(shown.q, 15),
-        "dependent": None if dependent is None else rounded(dependent, 15),
-        "joints": [_joint(machine, j, figure) for j in machine.moving],
+        "extent": round_significant(figure.extent),
+        "unit": round_significant(figure.unit),
+        "up": round_significant(figure.up),
+        "view": round_significant(view_of(figure).axes),
+        "q": round_significant(shown.q, 15),
+        "dependent": round_significant(dependent, 15) if len(dependent) else None,
+        "joints": [_joint(machine, j, figure) for j in machine.independent],
         "leaves": _leaves(machine),
         "modes": [modes_data(one, figure.extent) for one in shown.modes],
         "motions": motions_data(shown.motions),
@@ -111,16 +112,22 @@ def _file(name: str) -> str:
 
 
 def _solid(solid: Solid) -> dict[str, Any]:
-    at = rounded(solid.placement.reshape(-1))
-    return {"frame": solid.frame, "role": solid.role, "shape": solid.shape, "at": at, "size": rounded(list(solid.size))}
+    at = round_significant(solid.placement.reshape(-1))
+    return {
+        "frame": solid.frame,
+        "role": solid.role,
+        "shape": solid.shape,
+        "at": at,
+        "size": round_significant(list(solid.size)),
+    }
 
 
 def _wire(wire: Wire) -> dict[str, Any]:
     return {
         "frame": wire.frame,
         "role": wire.role,
-        "points": rounded(wire.points.reshape(-1), 6),
-        "behind": rounded(wire.behind, 6),
+        "points": round_significant(wire.points.reshape(-1), 6),
+        "behind": round_significant(wire.behind, 6),
     }
 
 
@@ -133,7 +140,7 @@ def _joint(machine: Machine, j: int, figure: Figure) -> dict[str, Any]:
         "unit": joint.unit,
         "role": joint.kind,
         "motor": joint.kind is Kind.MOTOR,
-        "reach": rounded(reach, 4),
+        "reach": round_significant(reach, 4),
     }
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-Colour = tuple[int, int, int]
 LIT = (0.16, 0.0, -0.16)
 """Of faces turned to the light, aside and away: how far towards white, or black."""
 
@@ -22,16 +21,16 @@ class Palette:
     edges: float
     roles: dict[str, str]
 
-    def shaded(self, role: str, shade: int) -> str:
+    def shade(self, role: str, shade: int) -> str:
         """Return the colour of a face: shade 0 is lit, 2 dark."""
-        return mixed(self.roles[role], LIT[shade])
+        return mix(self.roles[role], LIT[shade])
 
     def outline(self, role: str) -> str:
         """Return the colour of the edges of a shape: darker on light paper, lighter on dark paper."""
-        return mixed(self.roles[role], self.edges)
+        return mix(self.roles[role], self.edges)
 
 
-def mixed(colour: str, share: float) -> str:
+def mix(colour: str, share: float) -> str:
     """Return a colour mixed with white by a share, with black by a negative one."""
     aim = 255 if share > 0 else 0
     parts = (int(colour[k : k + 2], 16) for k in (1, 3, 5))

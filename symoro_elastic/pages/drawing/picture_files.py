@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import PurePath
 from typing import Any
 
-from symoro_elastic.drawing.figure import BODY
-from symoro_elastic.drawing.palette import LIGHT
-from symoro_elastic.drawing.projection import Drawn
-from symoro_elastic.drawing.svg import Picture, svg
-from symoro_elastic.errors import InputError
-from symoro_elastic.output_files import write_file
-from symoro_elastic.pictures import new_figure, picture
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import write_file
+from symoro_elastic.foundation.pictures import new_figure, picture
+from symoro_elastic.pages.drawing.figure import BODY
+from symoro_elastic.pages.drawing.palette import LIGHT
+from symoro_elastic.pages.drawing.projection import Drawn
+from symoro_elastic.pages.drawing.svg import Picture, svg
 
 SUFFIXES = (".svg", ".png", ".pdf")
 PIXELS = 96.0
@@ -21,9 +21,9 @@ CLEAR = 0.3
 
 
 def refuse_picture(path: str, place: str) -> None:
-    """Raise `InputError` for a file that is no picture, by its suffix."""
+    """Raise `InputError` for a file that is not a picture, by its suffix."""
     if PurePath(path).suffix.lower() not in SUFFIXES:
-        raise InputError(path, place, f"is no picture: its name ends in one of {', '.join(SUFFIXES)}")
+        raise InputError(path, place, f"is not a picture: its name ends in one of {', '.join(SUFFIXES)}")
 
 
 def write_picture(found: Picture, path: str, place: str) -> None:
@@ -69,6 +69,6 @@ def _plot(axes: Any, part: Drawn, order: int) -> None:
         axes.plot(x, y, color=LIGHT.roles[part.role], linewidth=1.1, zorder=order)
         return
     clear = CLEAR if part.role == BODY else 1.0
-    axes.fill(x, y, facecolor=LIGHT.shaded(part.role, part.shade), edgecolor="none", alpha=clear, zorder=order)
+    axes.fill(x, y, facecolor=LIGHT.shade(part.role, part.shade), edgecolor="none", alpha=clear, zorder=order)
     edge = {"color": LIGHT.outline(part.role), "linewidth": 0.6, "alpha": min(1.0, 1.6 * clear)}
     axes.plot([*x, x[0]], [*y, y[0]], zorder=order, **edge)

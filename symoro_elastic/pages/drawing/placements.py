@@ -9,20 +9,20 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.joint_axes import placed_machine
-from symoro_elastic.numerics.closed_positions import Followed, drawn_values
+from symoro_elastic.models.state import State, closing_models
+from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.closed_positions import drawn_values, with_dependent
 from symoro_elastic.numerics.independent_joints import with_independent_motors
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
-from symoro_elastic.traced import traced
 
 STAND_IN = 1.0
 """Length, m, or angle, rad, that is drawn where the machine gives none."""
@@ -30,7 +30,7 @@ STAND_IN = 1.0
 
 @dataclass(frozen=True)
 class Placements:
-    """Placements of the frames of `machine`, which has coordinates for a floating base and motors that are independent.
+    """Placements of the frames of `machine`, which has coordinates for its base and motors that are independent.
 
     `not_given` are the parameters of its geometry that have no value; stand-ins are drawn for them.
     """
@@ -41,14 +41,9 @@ class Placements:
     @cached_property
     def programs(self) -> dict[str, Program]:
         """The programs of its frames by the name of their model; `assemble` is one where loops have no closed form."""
-        models = ("geometric_model", "assemble")[: 1 + self.is_followed]
-        programs = traced(self.machine, Scene(models=models, fold=ALL)).models
+        models = ("geometric_model", *closing_models(self.machine))
+        programs = trace_models(self.machine, Scene(models=models, fold=ALL)).models
         return {one.model.name: one.program for one in programs}
-
-    @cached_property
-    def is_followed(self) -> bool:
-        """Whether loops have no closed form, so that their joints are followed from the start."""
-        return Bound(self.machine).takes_dependent
 
     @cached_property
     def start(self) -> Array:
@@ -58,15 +53,12 @@ class Placements:
     def position(self, at: Mapping[str, float]) -> Array:
         """Return q (n,) with joints at given positions, rad or m, else where they start; raises `InputError`."""
         placed = placed_machine(self.machine, at).q
-        found = np.array([placed[joint.name] for joint in self.machine.moving_joints], dtype=float)
+        found = np.array([placed[joint.name] for joint in self.machine.independent_joints], dtype=float)
         return np.where(np.isnan(found), 0.0, found)
 
-    def dependent(self, q: Array) -> Array | None:
-        """Return q_dep (d,) at q (n,), NaN where the loops do not close; None where no program takes it."""
-        if not self.is_followed:
-            return None
-        found: Array = self._followed.at(q[None])[0]
-        return found
+    def closed(self, q: Array) -> State:
+        """Return all blocks of the position q (n,), NaN where the loops do not close."""
+        return with_dependent(self.machine, State({"q": q[None]}), parameter_values(self.machine))[0]
 
     @property
     def _not_there(self) -> str:
@@ -76,21 +68,16 @@ class Placements:
             return f"loop {loops} does not close there: give another position"
         return "frames are out of the range of numbers there: check lengths and their units"
 
-    @cached_property
-    def _followed(self) -> Followed:
-        """The joints that are followed."""
-        return Followed(self.machine, parameter_values(self.machine))
-
     def at(self, q: Array) -> Array:
         """Return the placements (1 + rows, 4, 4) of frame 0 and of the rows at q (n,) in frame 0, lengths in m.
 
         Raises `InputError` where a loop does not close.
         """
         program = self.programs["geometric_model"]
-        arrays = {"q": q, "q_dep": self.dependent(q)}
+        state = self.closed(q)
         symbols: dict[str, float] = {}
         for block in program.inputs:
-            symbols |= zip(block.symbols, map(float, arrays[block.name]), strict=True)  # type: ignore[arg-type]
+            symbols |= zip(block.symbols, map(float, getattr(state, block.name)), strict=True)
         try:
             value = evaluate_nodes(program.nodes, symbols, FLOATS)
             T = np.array([float(value(x)) for x in program.outputs[0].entries]).reshape(-1, 4, 4)

@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.drawing.figure import BODY, CORNERS, Figure
-from symoro_elastic.drawing.joint_shapes import AXES
-from symoro_elastic.drawing.shapes import Shape, Solid, Wire, bent, inverse, slip
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.pages.drawing.figure import BODY, CORNERS, Figure
+from symoro_elastic.pages.drawing.joint_shapes import AXES
+from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, bend, inverse, slip
 
 AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
 """Of the eye, from the front of the machine towards its right, and above the horizon."""
@@ -62,7 +62,7 @@ class Projection:
     view: View
 
     @cached_property
-    def drawn(self) -> list[Drawn]:
+    def back_to_front(self) -> list[Drawn]:
         """Areas and lines, those farther away first."""
         found = [part for shape in self.figure.shapes for part in self._drawn(shape)]
         return sorted(found, key=lambda part: (part.layer, round(part.near, 9)))
@@ -86,7 +86,7 @@ class Projection:
         j, figure = wire.frame, self.figure
         T, before = ((frames[figure.antecedents[j]], frames[j]) for frames in (self.T, figure.reference))
         moved = slip(inverse(T[0]) @ T[1], inverse(before[0]) @ before[1], figure.slides[j])
-        points = bent(wire, moved, figure.slides[j])
+        points = bend(wire, moved, figure.slides[j])
         seen = self.view.of(points @ self.T[j][:3, :3].T + self.T[j][:3, 3])
         layer = 3 if wire.role in AXES else 2
         return Drawn(wire.role, seen[:, :2], False, 1, layer, float(seen[:, 2].mean()))

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 
 
 class Shape(StrEnum):
@@ -45,7 +45,7 @@ class Wire:
     behind: Array
 
 
-def placed(x: Array, R: Array | None = None) -> Array:
+def placement(x: Array, R: Array | None = None) -> Array:
     """Return the placement (4, 4) with origin x (3,) and axes R (3, 3), those of the frame where none are given."""
     T = np.eye(4)
     T[:3, 3] = x
@@ -57,7 +57,7 @@ def placed(x: Array, R: Array | None = None) -> Array:
 def inverse(T: Array) -> Array:
     """Return the inverse of a placement (4, 4)."""
     R = T[:3, :3].T
-    return placed(-R @ T[:3, 3], R)
+    return placement(-R @ T[:3, 3], R)
 
 
 def axes_along(z: Array) -> Array:
@@ -75,7 +75,7 @@ def slip(T: Array, reference: Array, slides: bool) -> float:
     return float(moved[2, 3] if slides else np.arctan2(moved[1, 0], moved[0, 0]))
 
 
-def bent(wire: Wire, moved: float, slides: bool) -> Array:
+def bend(wire: Wire, moved: float, slides: bool) -> Array:
     """Return the points (N, 3) of a wire in its frame once the joint has moved, m or rad."""
     by = -moved * wire.behind
     if slides:

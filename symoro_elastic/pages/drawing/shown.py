@@ -6,15 +6,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.drawing.figure import Figure, figure_of
-from symoro_elastic.drawing.motions import Played
-from symoro_elastic.drawing.placements import Placements, placements_of
-from symoro_elastic.drawing.vibrations import ModeSet, mode_sets
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.vibration.linearization import linearize
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.linearization import linearize, motion_of
+from symoro_elastic.numerics.motion.equations_of_motion import motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.pages.drawing.figure import Figure, figure_of
+from symoro_elastic.pages.drawing.motions import Played
+from symoro_elastic.pages.drawing.placements import Placements, placements_of
+from symoro_elastic.pages.drawing.vibrations import ModeSet, mode_sets
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class ShownMachine:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Lines about what is not shown, or not as it is."""
+        """Lines about what is not shown, or shown differently."""
         return (*self.figure.remarks, *self.missing)
 
 
@@ -54,9 +55,9 @@ def shown_machine(machine: Machine, at: Mapping[str, float], motions: Sequence[P
 
 
 def _vibrating(machine: Machine, at: Mapping[str, float]) -> tuple[Array, list[ModeSet]]:
-    """The position of equilibrium, and the modes about it; a machine without springs has none that are looked at."""
+    """The position of equilibrium, and the modes about it; modes are shown only for machines with springs."""
     motion = motion_of(machine)
-    state = equilibrium(motion, at, carried=machine.floating is not None)
+    state = equilibrium(motion, at, carried=bool(machine.degrees_of_base))
     sets = mode_sets(linearize(motion, state))
     vibrates = any(one.modal for one in sets) and (bool(motion.springs) or not motion.motors)
     return state.q, sets if vibrates else []

@@ -7,11 +7,11 @@ from typing import Any
 DIGITS = 9
 
 
-def rounded(x: Any, digits: int = DIGITS) -> Any:
+def round_significant(x: Any, digits: int = DIGITS) -> Any:
     """Return a number, or an array as lists, with so many significant digits; numbers that are whole as such."""
     if hasattr(x, "tolist"):
         x = x.tolist()
     if isinstance(x, list):
-        return [rounded(each, digits) for each in x]
+        return [round_significant(each, digits) for each in x]
     found = float(f"{x:.{digits}g}")
     return int(found) if found.is_integer() and abs(found) < 1e15 else found

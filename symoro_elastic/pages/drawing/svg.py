@@ -2,22 +2,36 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache, cached_property
 from html import escape
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.drawing.figure import BODY, Figure, figure_of
-from symoro_elastic.drawing.joint_shapes import AXES
-from symoro_elastic.drawing.labels import HEIGHT, Label, labelled, width
-from symoro_elastic.drawing.palette import DARK, LIGHT
-from symoro_elastic.drawing.placements import placements_of
-from symoro_elastic.drawing.projection import Drawn, Projection, view_of
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.pages.drawing.figure import BODY, Figure, figure_of
+from symoro_elastic.pages.drawing.joint_shapes import AXES
+from symoro_elastic.pages.drawing.palette import DARK, LIGHT
+from symoro_elastic.pages.drawing.placements import placements_of
+from symoro_elastic.pages.drawing.projection import Drawn, Projection, view_of
+
+HEIGHT, GAP = 15.0, 4.0
+"""Of a line of text, and around it, px."""
+NARROW, WIDE = frozenset("fijlrtI.,:;|'!()[] -"), frozenset("mwMW@%")
+NARROW_ADVANCE, ADVANCE, CAPITAL_ADVANCE, WIDE_ADVANCE = 4.2, 6.8, 8.7, 10.2
+"""Of characters in Helvetica and its likes at 12 px."""
+DIRECTIONS = 16
+FIRST, GROWTH = 16.0, 1.32
+"""Distance of the first place from its point, px, and the ratio of those further out."""
+COVERED, CROSSED, HIDDEN = 30.0, 25.0, 60.0
+"""What it costs, in px, to cover something drawn, to cross another line, to have a label upon a line."""
+PLENTY = 11
+"""Rings of places that are compared; further ones only where these have no room."""
 
 WIDTH, HEIGHT_MOST, MARGIN = 640.0, 460.0, 14.0
 """Of the machine itself, px; labels may stand beside it."""
@@ -49,14 +63,14 @@ class Picture:
 def picture_of(figure: Figure, T: Array | None = None) -> Picture:
     """Return the picture of a machine with its frames at placements T (1 + rows, 4, 4), else as the figure has them."""
     projection = Projection(figure, figure.reference if T is None else T, view_of(figure))
-    everything = np.concatenate([part.points for part in projection.drawn])
+    everything = np.concatenate([part.points for part in projection.back_to_front])
     low, spread = everything.min(axis=0), np.ptp(everything, axis=0)
     scale = float(min(WIDTH / max(spread[0], 1e-12), HEIGHT_MOST / max(spread[1], 1e-12)))
-    drawn = [_scaled(part, low, scale) for part in projection.drawn]
+    drawn = [_scaled(part, low, scale) for part in projection.back_to_front]
     boxes = np.array([[*part.points.min(axis=0), *part.points.max(axis=0)] for part in drawn if _is_in_the_way(part)])
     anchors = (projection.anchors() - low) * scale
     names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
-    labels = labelled(names, anchors, boxes.reshape(-1, 4))
+    labels = place_labels(names, anchors, boxes.reshape(-1, 4))
     return Picture(drawn, labels, _edges(drawn, labels), figure)
 
 
@@ -85,7 +99,7 @@ def svg(picture: Picture, dark: bool = True) -> str:
     bottom += MARGIN + 20 * len(legend[1]) + 16 * len(remarks)
     return render(
         "view/picture.svg.j2",
-        title=escape(f"Machine {picture.figure.title}: {said(picture.figure)}"),
+        title=escape(f"Machine {picture.figure.title}: {joint_counts(picture.figure)}"),
         box=" ".join(_text(x) for x in (left, top, right - left, bottom - top)),
         size=(_text(right - left), _text(bottom - top)),
         light=_style(picture, dark=False),
@@ -111,7 +125,7 @@ def svg_for_light_paper(machine: Machine) -> str:
         return ""
 
 
-def said(figure: Figure) -> str:
+def joint_counts(figure: Figure) -> str:
     """How many joints of each kind a machine has, in words."""
     names = {"motor": "motor", "elastic": "elastic joint", "passive": "passive joint", "coupled": "coupled joint"}
     kinds = [mark.role for mark in figure.marks]
@@ -164,7 +178,7 @@ def _style(picture: Picture, dark: bool) -> list[str]:
     rules = [f".label {{ fill: {palette.ink}; stroke: {palette.paper} }}", f".dot {{ fill: {palette.ink} }}"]
     rules += [f".leader {{ stroke: {palette.faint} }}", f".note {{ fill: {palette.faint} }}"]
     used = sorted({(part.role, part.shade) for part in picture.drawn if part.closed})
-    rules += [f".{role}.s{shade} {{ fill: {palette.shaded(role, shade)} }}" for role, shade in used]
+    rules += [f".{role}.s{shade} {{ fill: {palette.shade(role, shade)} }}" for role, shade in used]
     for role in sorted({part.role for part in picture.drawn}):
         lines = palette.roles[role]
         rules += [f".{role} {{ stroke: {palette.outline(role)} }}", f".{role}.line {{ stroke: {lines} }}"]
@@ -176,3 +190,123 @@ def _text(x: float) -> str:
     """A number of pixels to a tenth, without a needless point or sign."""
     found = f"{x:.1f}".removesuffix(".0")
     return "0" if found == "-0" else found
+
+
+# Labels beside their points: none upon another, near, and clear of what is drawn as far as there is room.
+@dataclass(frozen=True)
+class Label:
+    """A text whose left end and middle are at (x, y) px, beside the point (anchor_x, anchor_y)."""
+
+    text: str
+    x: float
+    y: float
+    anchor_x: float
+    anchor_y: float
+
+    @cached_property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, top, right, bottom, px."""
+        return self.x, self.y - HEIGHT / 2, self.x + width(self.text), self.y + HEIGHT / 2
+
+    @cached_property
+    def end(self) -> tuple[float, float]:
+        """The end of the line from the point to the text."""
+        left, _, right, _ = self.box
+        return (left - GAP if self.anchor_x <= (left + right) / 2 else right + GAP), self.y
+
+
+@cache
+def width(text: str) -> float:
+    """Return how wide a text is at most, px."""
+    return sum(map(_advance, text))
+
+
+def _advance(character: str) -> float:
+    if character in NARROW:
+        return NARROW_ADVANCE
+    if character in WIDE:
+        return WIDE_ADVANCE
+    return CAPITAL_ADVANCE if character.isupper() else ADVANCE
+
+
+def place_labels(texts: Sequence[str], anchors: Array, drawn: Array) -> list[Label]:
+    """Return a label for each text beside its anchor, the first of (N, 2), clear of the boxes `drawn` (M, 4), px."""
+    found: list[Label] = []
+    for text, anchor in zip(texts, anchors, strict=False):
+        found.append(_best(text, anchor, anchors, drawn, found))
+    return found
+
+
+def _best(text: str, anchor: Array, anchors: Array, drawn: Array, others: Sequence[Label]) -> Label:
+    """The place of least cost; rings grow until one has room, since paper has no end."""
+    ring = 0
+    best: tuple[float, Label] | None = None
+    while best is None or (ring < PLENTY and FIRST * GROWTH**ring < best[0]):
+        distance = FIRST * GROWTH**ring
+        for k in range(DIRECTIONS):
+            label = _placed(text, anchor, distance, 2 * math.pi * k / DIRECTIONS)
+            if any(overlap(label.box, other.box) for other in others) or _covers(label, anchors):
+                continue
+            cost = distance + _cost(label, drawn, others)
+            if best is None or cost < best[0] - 1e-6:
+                best = cost, label
+        ring += 1
+    return best[1]
+
+
+def _placed(text: str, anchor: Array, distance: float, angle: float) -> Label:
+    x, y = float(anchor[0]) + distance * math.cos(angle), float(anchor[1]) - distance * math.sin(angle)
+    across = math.cos(angle)
+    shift = 0.0 if across > 0.35 else -width(text) if across < -0.35 else -width(text) / 2
+    return Label(text, x + shift, y, float(anchor[0]), float(anchor[1]))
+
+
+def overlap(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Return whether two boxes come nearer than the gap."""
+    return (
+        one[0] < other[2] + GAP
+        and other[0] < one[2] + GAP
+        and one[1] < other[3] + GAP / 2
+        and other[1] < one[3] + GAP / 2
+    )
+
+
+def _covers(label: Label, points: Array) -> bool:
+    left, top, right, bottom = label.box
+    x, y = points[:, 0], points[:, 1]
+    return bool(((left - GAP < x) & (x < right + GAP) & (top - 1 < y) & (y < bottom + 1)).any())
+
+
+def _cost(label: Label, drawn: Array, others: Sequence[Label]) -> float:
+    left, top, right, bottom = label.box
+    covered = np.count_nonzero(
+        (drawn[:, 0] < right) & (drawn[:, 2] > left) & (drawn[:, 1] < bottom) & (drawn[:, 3] > top)
+    )
+    cost = COVERED * min(float(covered), 6.0)
+    for other in others:
+        cost += CROSSED * _cross(label, other)
+        cost += HIDDEN * (_runs_through(label, other.box) + _runs_through(other, label.box))
+    return cost
+
+
+def _cross(one: Label, other: Label) -> bool:
+    """Whether the lines of two labels cross."""
+    a, b = (one.anchor_x, one.anchor_y), one.end
+    c, d = (other.anchor_x, other.anchor_y), other.end
+    if a == c:
+        return False
+    return _side(a, b, c) * _side(a, b, d) < 0 and _side(c, d, a) * _side(c, d, b) < 0
+
+
+def _runs_through(label: Label, box: tuple[float, float, float, float]) -> bool:
+    """Whether the line of a label runs through a box."""
+    for share in (0.15, 0.3, 0.45, 0.6, 0.75, 0.9):
+        x = label.anchor_x + share * (label.end[0] - label.anchor_x)
+        y = label.anchor_y + share * (label.end[1] - label.anchor_y)
+        if box[0] - 1 < x < box[2] + 1 and box[1] < y < box[3]:
+            return True
+    return False
+
+
+def _side(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

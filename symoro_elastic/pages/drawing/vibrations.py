@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.drawing.significant import rounded
-from symoro_elastic.errors import InputError
-from symoro_elastic.vibration.energies import Shares, frame_shapes, kinetic_shares, strain_shares
-from symoro_elastic.vibration.linearization import Linearization, with_motors
-from symoro_elastic.vibration.modes import Modes, modes, refuse_rigid
+from symoro_elastic.analysis.vibration.energies import Shares, frame_shapes, kinetic_shares, strain_shares
+from symoro_elastic.analysis.vibration.linearization import Linearization, with_motors
+from symoro_elastic.analysis.vibration.modes import Modes, modes, refuse_rigid
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.pages.drawing.significant import round_significant
 
 SEEN, LEVER = 0.04, 0.35
 """Of the extent: how far the farthest frame moves at full amplitude, and the lever on which a rotation counts."""
@@ -78,10 +78,10 @@ def _mode(modal: Modes, k: int, amplitude: float, strain: Shares, kinetic: Share
     shape[list(modal.linear.kept)] = modal.shapes[:, k] * amplitude
     ratio = float(modal.damping_ratios[k])
     return {
-        "hertz": rounded(modal.frequencies[k]),
-        "growth": rounded(modal.growth[k]),
-        "damping": None if math.isnan(ratio) else rounded(ratio),
-        "shape": rounded(shape),
+        "hertz": round_significant(modal.frequencies[k]),
+        "growth": round_significant(modal.growth[k]),
+        "damping": None if math.isnan(ratio) else round_significant(ratio),
+        "shape": round_significant(shape),
         "strain": _largest(strain, k),
         "kinetic": _largest(kinetic, k),
     }
@@ -97,4 +97,4 @@ def _largest(shares: Shares, k: int) -> list[list[Any]]:
     """Names and shares of energy, the largest first."""
     column = shares.shares[:, k]
     order = [int(row) for row in np.argsort(-column, kind="stable") if column[row] >= LEAST_SHARE]
-    return [[shares.names[row], rounded(column[row], 4)] for row in order]
+    return [[shares.names[row], round_significant(column[row], 4)] for row in order]

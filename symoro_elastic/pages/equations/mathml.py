@@ -50,10 +50,10 @@ class _Reader:
     def everything(self) -> str:
         row = self.row()
         if self.position < len(self.tokens):
-            raise self.unexpected()
+            raise self.error_here()
         return row
 
-    def unexpected(self) -> ValueError:
+    def error_here(self) -> ValueError:
         return ValueError(f"{self.peek()!r} is not expected in {self.latex!r}")
 
     def peek(self) -> str:
@@ -62,17 +62,17 @@ class _Reader:
     def take(self, wanted: str = "") -> str:
         token = self.peek()
         if not token or (wanted and token != wanted):
-            raise self.unexpected()
+            raise self.error_here()
         self.position += 1
         return token
 
     def row(self, *ends: str) -> str:
         items = []
         while self.peek() and self.peek() not in ends:
-            items.append(self.scripted())
+            items.append(self.with_scripts())
         return "".join(items)
 
-    def scripted(self) -> str:
+    def with_scripts(self) -> str:
         """An item with its superscript and subscript."""
         applied = self.peek() in (r"\sin", r"\cos")
         base = self.item()
@@ -117,7 +117,7 @@ class _Reader:
         if token in SIGNS:
             return SIGNS[token]
         self.position -= 1
-        raise self.unexpected()
+        raise self.error_here()
 
     def command(self, name: str) -> str:
         if name == ",":
@@ -145,7 +145,7 @@ class _Reader:
         if name == "begin":
             return self.table()
         self.position -= 1
-        raise self.unexpected()
+        raise self.error_here()
 
     def table(self) -> str:
         """A matrix in brackets."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from html import escape
@@ -12,13 +12,16 @@ from itertools import groupby
 from typing import Any
 
 from symoro_elastic.codegen.closed_form import closed_equations
-from symoro_elastic.codegen.described import count_text
 from symoro_elastic.codegen.latex import Equation, Solution, Stretch, number, solution
 from symoro_elastic.codegen.package import Function, Package, ParameterValue
+from symoro_elastic.codegen.package_context import count_text
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.reports.definitions import with_links
-from symoro_elastic.reports.mathml import mathml, pieces
+from symoro_elastic.pages.equations.mathml import mathml, pieces
 from symoro_elastic.symbolic.program import Section
+
+INNER = re.compile(r'<math displaystyle="true">(.*)</math>', re.DOTALL)
+TAG = re.compile(r"<(/?)m\w+[^>]*?(/?)>")
+COMPOSED = re.compile(r"<(msub|msup|msubsup|mover|mrow)\b.*</\1>", re.DOTALL)
 
 ONCE, RESULTS = "Once for each parameter set", "Results"
 CONVENTIONS = (
@@ -27,7 +30,7 @@ CONVENTIONS = (
     "first: component k runs from 1 to 6. A raised letter marks a part of a quantity that is used more than once; "
     "what is overlined is one product, computed once."
 )
-OF_LOOPS = " Equations (L1) to (L42) are those of couplings and closed loops: docs/closed_chains.md."
+OF_LOOPS = " Equations (L1) to (L42) are those of couplings and closed loops: docs/loop_equations.md."
 
 
 @dataclass(frozen=True)
@@ -214,3 +217,58 @@ def _with_units(text: str, markup: Markup) -> str:
     """Text in which the 2 of `rad/s2` is raised."""
     parts = re.split(r"(?<=[A-Za-z])([0-9])(?![A-Za-z0-9])", text)
     return "".join(markup.power.format(part) if k % 2 else markup.text(part) for k, part in enumerate(parts))
+
+
+Content = dict[str, Any]
+
+
+# Symbols of printed equations linked to where they are defined.
+def with_links(content: Content, prefix: str) -> Content:
+    """Return the content of a page with names for its lines and parameters, and symbols linked to them."""
+    lines = [*_equation_lines(content)]
+    for k, line in enumerate(lines, start=1):
+        line["anchor"] = f"{prefix}line{k}"
+    for k, line in enumerate(content["short"], start=1):
+        line["anchor"] = f"{prefix}written{k}"
+    for k, parameter in enumerate(content["parameters"], start=1):
+        parameter["anchor"] = f"{prefix}parameter{k}"
+    defined = {symbol: one["anchor"] for one in content["parameters"] if (symbol := _symbol(one["symbol"]))}
+    defined |= {symbol: line["anchor"] for line in lines if (symbol := _symbol(line["left"]))}
+    for line in (*lines, *content["short"]):
+        line["right"] = link_symbols(line["right"], defined)
+    return content
+
+
+def link_symbols(formula: str, defined: Mapping[str, str]) -> str:
+    """Return a formula in MathML whose symbols name the elements that define them; the outermost where they nest."""
+    parts, end = [], 0
+    for start, stop in _elements(formula):
+        if start >= end and (anchor := defined.get(formula[start:stop])):
+            parts += [formula[end:start], f'<mrow data-of="{anchor}">', formula[start:stop], "</mrow>"]
+            end = stop
+    return "".join([*parts, formula[end:]])
+
+
+def _elements(formula: str) -> list[tuple[int, int]]:
+    """Where elements begin and end, in the order in which they begin."""
+    found: list[tuple[int, int]] = []
+    opened: list[int] = []
+    for tag in TAG.finditer(formula):
+        if tag[1]:
+            found.append((opened.pop(), tag.end()))
+        elif not tag[2]:
+            opened.append(tag.start())
+    return sorted(found)
+
+
+def _equation_lines(content: Content) -> Iterator[dict[str, str]]:
+    chapters: Sequence[Content] = content["chapters"]
+    for chapter in chapters:
+        for stretch in chapter["stretches"]:
+            yield from stretch["lines"]
+
+
+def _symbol(math: str) -> str:
+    """The MathML of a symbol that is one element of several, as others stand within words; else empty."""
+    found = INNER.fullmatch(math)
+    return found[1] if found and COMPOSED.fullmatch(found[1]) else ""

@@ -9,8 +9,8 @@ import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.output_files import write_file
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import write_file
 
 INSTEAD = "use --format latex or html"
 QUIET = ("-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape")

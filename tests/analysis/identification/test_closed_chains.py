@@ -12,26 +12,28 @@ from numpy.typing import NDArray
 
 pytest.importorskip("scipy")
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.excitation import FourierMotion, Limits, excite, random_motion
-from symoro_elastic.identification.identified import identified
-from symoro_elastic.identification.identify import Identification, identify
-from symoro_elastic.identification.regression import ByLinearity, regressor
-from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
-from symoro_elastic.identification.validation import own_fit, validated
-from symoro_elastic.machine.formats import read_machine, write_machine
+from symoro_elastic.analysis.identification.excitation import FourierMotion, Limits, excite, random_motion
+from symoro_elastic.analysis.identification.identified import machine_with_estimates
+from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
+from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
+from symoro_elastic.analysis.identification.validation import own_fit, validation_of
+from symoro_elastic.analysis.time_series.measurements import Measurements, from_columns, write_measurements
+from symoro_elastic.formats import read_machine, write_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine
-from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.independent_joints import with_independent_motors
-from symoro_elastic.time_series.measurements import Measurements, from_columns, write_measurements
+from symoro_elastic.numerics.verification.assembled_states import start_of
 from tests.closed_chains.machines import FILES, machine, situations, without_closed_form
 from tests.closed_chains.test_regressors import inputs_of
 from tests.command_line import ended
 from tests.references.closed_chains import State
 from tests.references.random_machines import planar_2r
 from tests.references.virtual_work import VirtualWork
+
+pytestmark = pytest.mark.sampled(5)
 
 Array = NDArray[np.float64]
 SAMPLING = 500.0
@@ -112,7 +114,7 @@ def test_columns_times_values_are_the_forces_of_virtual_work(name: str) -> None:
         left = reference.residual(inputs["qdd"], [0.0] * len(described.motors)).astype(float)
         (found,) = torques(described, *(np.array([inputs[x]], dtype=float) for x in ("q", "qd", "qdd")))
         np.testing.assert_allclose(found, left, atol=1e-11 * np.abs(left).max())
-        (driven,) = regressor(described).driven(np.array([inputs["q"]], dtype=float), np.array([situation.tau]))
+        (driven,) = regressor(described).joint_torques(np.array([inputs["q"]], dtype=float), np.array([situation.tau]))
         on_motors = reference.S_x.T @ reference.chain.spread_motors(situation.tau)
         np.testing.assert_allclose(driven, on_motors.astype(float), atol=1e-12 * np.abs(situation.tau).max())
 
@@ -122,7 +124,7 @@ def test_a_spring_may_be_on_a_dependent_joint() -> None:
     given, situation = machine("gantry"), situations("gantry")[0]
     at = VirtualWork(given, situation.state).at
     described = replace(given, loops=(replace(given.loops[0], dependent=("beam", "pivot", "guide")),))
-    u = [float(at[str(joint.variable)]) for joint in described.moving_joints]
+    u = [float(at[str(joint.variable)]) for joint in described.independent_joints]
     ud, udd = [0.1, -0.2, 0.3, 0.12], [1.0, -0.5, 0.3, 0.7]
     reference = VirtualWork(described, State(u, ud, {name: float(x) for name, x in at.items()}))
     wanted = reference.residual(udd, [0.0] * 4).astype(float)
@@ -160,14 +162,14 @@ def test_the_saved_machine_has_the_torques_of_the_measured_one(name: str, tmp_pa
     frictionless = [c for c in regressor(described).columns if c.quantity in ("FV", "FS") and c.value == 0.0]
     result = identify(described, few, known={column.label: 0.0 for column in frictionless}, filtered=False)
     path = tmp_path / "identified.toml"
-    write_machine(identified(result), path)
+    write_machine(machine_with_estimates(result), path)
     saved, _ = read_machine(path)
     other = measured(described, 1, seed=7)
     found = np.asarray(
         numpy_model(saved, ("inverse_dynamics",)).inverse_dynamics(other.q, other.qd, _given(other.qdd))[0]
     )
     np.testing.assert_allclose(found, other.tau, atol=1e-8 * np.abs(other.tau).max())
-    assert max(validated(result, other).percent.values()) < 1e-6
+    assert max(validation_of(result, other).percent.values()) < 1e-6
     _same_friction(result, described)
 
 
@@ -212,17 +214,12 @@ def test_simulation_starts_where_loops_do() -> None:
     found = torques(described, q[2:-2], _given(true.qd)[2:-2], qdd)
     assert np.abs(found[:, 0] - true.tau[2:-2, 0]).max() < 1e-3 * np.abs(true.tau).max()
     rigid = machine("gantry_rigid")
-    for refused, what in ((without_closed_form(), "no closed form"), (rigid, "motors that loops move")):
+    for refused, what in ((without_closed_form(), "no closed form"), (rigid, "motors moved by loops")):
         with pytest.raises(InputError, match=what):
             simulate(refused, {}, still.at, Controller.of_bandwidth([4.0], 3.0), 0.5, 2000.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "what"),
-    [
-        ("screw", r"joint 2 \(screw\), stiffness: it varies with qm"),
-    ],
-)
+@pytest.mark.parametrize(("name", "what"), [("screw", r"joint 2 \(screw\), stiffness: it varies with qm")])
 def test_what_no_regressor_has_is_refused(name: str, what: str) -> None:
     with pytest.raises(InputError, match=what):
         regressor(machine(name))
@@ -270,7 +267,7 @@ def test_positions_at_which_loops_do_not_close_are_refused() -> None:
 
 def test_columns_of_joints_that_follow_are_skipped_with_a_warning() -> None:
     described, t = machine("sr400"), np.arange(100) / SAMPLING
-    columns = {"t": t, **{f"q_{joint.name}": np.sin(t) for joint in described.moving_joints}}
+    columns = {"t": t, **{f"q_{joint.name}": np.sin(t) for joint in described.independent_joints}}
     columns |= {f"tau_{joint.name}": np.cos(t) for joint in described.motor_joints}
     record = from_columns({**columns, "q_th3": np.sin(t), "q_b8": np.sin(t)}, described, "log.csv")
     wanted = [f"column q_{name} is skipped: the joint follows others" for name in ("b3", "b8")]

@@ -13,21 +13,21 @@ from click.testing import CliRunner, Result
 
 pytest.importorskip("scipy")
 
+from symoro_elastic.analysis.identification.excitation import Limits, random_motion
+from symoro_elastic.analysis.identification.trajectory import limits_of, trajectory
+from symoro_elastic.analysis.identification.views import neutral_positions
 from symoro_elastic.cli import cli
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.excitation import Limits, random_motion
-from symoro_elastic.identification.report import neutral_positions
-from symoro_elastic.identification.trajectory import limits_of, trajectory
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import generate
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.pipeline import generate
 from tests.generated_code import imported
 from tests.references.random_machines import chain
 
-TWO_R = Path(__file__).parents[2] / "examples" / "planar_2r.toml"
+TWO_R = Path(__file__).parents[3] / "examples" / "planar_2r.toml"
 LIMITS = Limits.of([-1.5, -0.2], [1.0, 2.0], [3, 1], [15, 25])
 BOUNDS = ("--position", "-1.5:1.2", "--velocity", 3, "--acceleration", 20, "--acceleration", "elbow=25")
-QUICK = (*BOUNDS, "--frequency", 0.5, "--harmonics", 3, "--rate", 200)
+QUICK = (*BOUNDS, "--fundamental", 0.5, "--harmonics", 3, "--sample-rate", 200)
 
 
 def run(*arguments: object) -> Result:
@@ -124,11 +124,14 @@ def test_tables_and_pictures(tmp_path: Path) -> None:
         (("--position", "elbo=1"), "--position: no motor 'elbo'; did you mean 'elbow'?"),
         (("--position", "shoulder=1"), "--position: no limit for elbow: give one for all, or elbow=..."),
         (("--position", "1:-1"), "no room between 1 and -1"),
-        (("--position", "a:b"), "is no limit"),
+        (("--position", "a:b"), "is not a limit"),
         (("--position", "1", "--velocity", "shoulder=1:2"), "--velocity: shoulder: one number"),
-        (("--position", "1", "--rate", "5"), "--rate: 5 Hz is slow for harmonics up to 0.5 Hz: sample at 10 Hz"),
-        (("--position", "1", "--rate", "1e9"), "are the most"),
-        (("--position", "1", "--known", "MX22"), "known MX22: no such parameter; did you mean 'MX2'"),
+        (
+            ("--position", "1", "--sample-rate", "5"),
+            "--sample-rate: 5 Hz is slow for harmonics up to 0.5 Hz: sample at 10 Hz",
+        ),
+        (("--position", "1", "--sample-rate", "1e9"), "is the limit"),
+        (("--position", "1", "--known", "MX22"), "known MX22: there is no such parameter; did you mean 'MX2'"),
         (("--position", "1", "--value", "m1"), "'m1' is not NAME=NUMBER"),
     ],
 )

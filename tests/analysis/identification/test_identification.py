@@ -14,10 +14,9 @@ import pytest
 
 pytest.importorskip("scipy")
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.identification.estimation import Unknown, Verdict, estimate, solve
-from symoro_elastic.identification.excitation import Condition, Limits, excite, random_motion, within
-from symoro_elastic.identification.filtering import (
+from symoro_elastic.analysis.identification.estimation import Unknown, Verdict, estimate, solve
+from symoro_elastic.analysis.identification.excitation import Condition, Limits, excite, random_motion, within
+from symoro_elastic.analysis.identification.filtering import (
     Filter,
     average,
     bandwidth_of,
@@ -26,26 +25,27 @@ from symoro_elastic.identification.filtering import (
     filtered_motion,
     smooth,
 )
-from symoro_elastic.identification.identified import identified, possible
-from symoro_elastic.identification.identify import Identification, identify
-from symoro_elastic.identification.regression import ByEquations, ByLinearity, RegressorColumn, regressor
-from symoro_elastic.identification.report import as_json, table
-from symoro_elastic.identification.simulation import Controller, Sensors, measure, simulate
-from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Body, Friction, Kind, Machine, Parameter, Spring
-from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.numerics.independence import independent_columns
-from symoro_elastic.output_files import permission
-from symoro_elastic.time_series.measurements import (
+from symoro_elastic.analysis.identification.identified import machine_with_estimates, possible
+from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.regression import ByEquations, ByLinearity, RegressorColumn, regressor
+from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
+from symoro_elastic.analysis.identification.views import table
+from symoro_elastic.analysis.time_series.measurements import (
     Measurements,
     check,
     from_columns,
     read_measurements,
     write_measurements,
 )
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import permission
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Body, Friction, Kind, Machine, Parameter, Spring
+from symoro_elastic.numerics.implementations import numpy_model
+from symoro_elastic.numerics.independence import independent_columns
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 LIMITS = Limits.of([-1.5, -1.5], [1.5, 1.5], [3, 4], [15, 25])
 
 
@@ -94,12 +94,12 @@ def test_regressor_times_parameters_is_the_rigid_inverse_model(name: str) -> Non
     values = {p.name: p.value.value() if p.value else 0.1 + k % 7 for k, p in enumerate(machine.parameters)}
     Y = regressor(machine, values)
     X = np.array([column.value for column in Y.columns])
-    n = len(machine.moving)
+    n = len(machine.independent)
     q, qd, qdd = np.random.default_rng(0).uniform(-1, 1, (3, 20, n))
     model = numpy_model(machine, ("inertia_matrix", "bias_forces"))
     p = model.parameters(**values)
     wanted = np.einsum("tij,tj->ti", model.inertia_matrix(q, p), qdd) + model.bias_forces(q, qd, p)
-    joints = [machine.joints[j - 1] for j in machine.moving]
+    joints = [machine.joints[j - 1] for j in machine.independent]
     for k, joint in enumerate(joints):
         if joint.kind is Kind.ELASTIC:
             wanted[:, k] += joint.spring.stiffness.value(values) * q[:, k]
@@ -121,7 +121,7 @@ def test_base_parameters_are_as_many_as_known(name: str, inertial: int) -> None:
     machine, _ = read_machine(EXAMPLES / name)
     values = {p.name: p.value.value() if p.value else 0.4 for p in machine.parameters}
     Y = regressor(machine, values)
-    q, qd, qdd = np.random.default_rng(0).uniform(-2, 2, (3, 60, len(machine.moving)))
+    q, qd, qdd = np.random.default_rng(0).uniform(-2, 2, (3, 60, len(machine.independent)))
     W = Y.evaluate(q, qd, qdd, range(len(Y.columns))).reshape(-1, len(Y.columns))
     kept = [Y.columns[c].quantity for c in independent_columns(W, 1e-8).kept]
     assert sum(quantity not in ("FV", "FS") for quantity in kept) == inertial
@@ -218,7 +218,7 @@ def test_elastic_joint_from_noisy_encoders(elastic: Machine) -> None:
             assert abs(e.value - e.unknown.nominal) < 5 * e.std, e.unknown.formula
     text = table(found, nominal(found))
     assert "K2" in text and "identified" in text
-    figures: Any = as_json(found)
+    figures: Any = found.as_json()
     assert figures["parameters"]["K2"]["verdict"] == "identified" and figures["samples"] == len(found.t)
 
 
@@ -268,7 +268,7 @@ def test_labels_are_no_names_of_other_quantities(arm: Machine) -> None:
         error.value
     )
     assert str(error.value).endswith(" or FV_1 for FV of joint 1 (shoulder)")
-    saved = identified(found)
+    saved = machine_with_estimates(found)
     states = np.random.default_rng(2).uniform(-2, 2, (3, 30, 2))
     tau, known = (np.asarray(numpy_model(m, ("inverse_dynamics",)).inverse_dynamics(*states)[0]) for m in (saved, arm))
     rotor = 0.02 * states[2] * [0, 1]
@@ -281,7 +281,7 @@ def test_a_rotor_behind_a_ratio_is_saved_as_the_joint_feels_it(arm: Machine) -> 
     found = identify(machine, exact(machine), filtered=False)
     assert found.estimation["IA2"].unknown.nominal == pytest.approx(0.02)
     states = np.random.default_rng(2).uniform(-2, 2, (3, 30, 2))
-    both = (identified(found), machine)
+    both = (machine_with_estimates(found), machine)
     saved, true = (np.asarray(numpy_model(m, ("inverse_dynamics",)).inverse_dynamics(*states)[0]) for m in both)
     np.testing.assert_allclose(saved, true, atol=1e-6 * np.abs(true).max())
 
@@ -299,7 +299,7 @@ def test_negative_values_are_zero_and_the_others_fitted_again(arm: Machine) -> N
     fitted, lines = saved_without_negatives(arm, wrong)
     assert [line.split(" is ")[0] for line in lines] == ["FV1 = -0.3", "FS1 = -0.139"]
     assert "the others are fitted again, as with --known FV1=0" in lines[0]
-    machine = identified(fitted)
+    machine = machine_with_estimates(fitted)
     assert machine.joints[0].friction.viscous.is_zero and machine.joints[0].friction.coulomb.is_zero
     states = (wrong.q, wrong.qd, wrong.qdd)
     tau = np.asarray(numpy_model(machine, ("inverse_dynamics",)).inverse_dynamics(*states)[0])
@@ -327,8 +327,10 @@ def test_a_negative_stiffness_is_that_of_the_file(elastic: Machine) -> None:
     good = of_spring(elastic, 40.0, 40.0)
     found, lines = possible(of_spring(elastic, -1.0, 40.0), lambda known: fixed.append(dict(known)) or good)
     assert fixed == [{"K2": 40.0}] and found is good
-    assert lines[0].startswith("K2 = -1 is saved as 40, for no machine has that")
-    with pytest.raises(InputError, match=r"known K2: -1 came out, no spring has that, and the file gives no value"):
+    assert lines[0].startswith("K2 = -1 is saved as 40, because it is physically impossible")
+    with pytest.raises(
+        InputError, match=r"known K2: -1 was estimated, which no spring can have, and the file gives no value"
+    ):
         possible(of_spring(elastic, -1.0, math.nan), lambda _: good)
 
 
@@ -443,7 +445,7 @@ def test_bandwidth_is_that_of_the_motion_not_of_the_noise() -> None:
 def test_default_filter_says_what_it_does(arm: Machine) -> None:
     chosen = default_filter(exact(arm, count=2000), (0, 1))
     assert chosen.cutoff == pytest.approx(5 * chosen.motion)
-    assert chosen.kept_band == pytest.approx(2 * chosen.motion, rel=0.01)
+    assert chosen.sampling / chosen.window == pytest.approx(2 * chosen.motion, rel=0.01)
     assert any("Butterworth" in line for line in chosen.described())
     with pytest.raises(InputError, match="sample at least"):
         default_filter(exact(arm), (0, 1), bandwidth=60.0)
@@ -536,7 +538,7 @@ def test_names_variables_and_units(arm: Machine) -> None:
 BAD_CELLS = [
     ({(5, "q_elbow"): "nan"}, "q_elbow: NaN or infinity at 1 samples, first at sample 6"),
     ({(5, "q_elbow"): ""}, "q_elbow: line 7: is empty: a gap"),
-    ({(5, "q_elbow"): "abc"}, "q_elbow: line 7: 'abc' is no number"),
+    ({(5, "q_elbow"): "abc"}, "q_elbow: line 7: 'abc' is not a number"),
     ({(5, "t"): "0.04"}, "t: does not increase from sample 5"),
     ({(99, "t"): "3"}, "t: gap of 2.02 s after sample 99"),
     ({(5, "t"): "0.053"}, "t: uneven sampling: sample 6"),
@@ -586,9 +588,9 @@ def test_bad_files(arm: Machine, elastic: Machine, tmp_path: Path) -> None:
     (tmp_path / "text.npz").write_text("no archive")
     refused(tmp_path / "text.npz", arm, "cannot be read as arrays of numbers")
     np.savez(tmp_path / "objects.npz", t=np.array([None, {}]))
-    refused(tmp_path / "objects.npz", arm, "cannot be read as arrays of numbers")
+    refused(tmp_path / "objects.npz", arm, "holds text or objects, not arrays of numbers")
     np.savez(tmp_path / "narrow.npz", t=data["t"], q=np.zeros((100, 3)), tau=np.zeros((100, 2)))
-    refused(tmp_path / "narrow.npz", arm, "q: has 3 columns: 2 are wanted, of shoulder, elbow")
+    refused(tmp_path / "narrow.npz", arm, "q: has 3 columns: 2 are expected, of shoulder, elbow")
     refused(written(tmp_path / "spring.csv", data), elastic, "elbow is elastic and has no motor")
 
 
@@ -611,18 +613,18 @@ def test_lengths_in_mm_and_angles_in_degrees(arm: Machine) -> None:
 
 def test_pictures(arm: Machine, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from symoro_elastic.identification.plots import plot
-
     found = identify(arm, exact(arm, still=(1,)), filtered=False)
-    paths = plot(found, tmp_path / "pictures", "svg")
+    paths = found.plot().save(tmp_path / "pictures", "svg")
     assert [path.name for path in paths] == ["torques.svg", "residuals.svg", "parameters.svg"]
     text = paths[2].read_text()
     first = [path.read_bytes() for path in paths]
     with permission(force=True):
-        assert "<svg" in text and [path.read_bytes() for path in plot(found, tmp_path / "pictures", "svg")] == first
-    assert plot(found, tmp_path, "png")[0].read_bytes().startswith(b"\x89PNG")
+        assert (
+            "<svg" in text and [path.read_bytes() for path in found.plot().save(tmp_path / "pictures", "svg")] == first
+        )
+    assert found.plot().save(tmp_path, "png")[0].read_bytes().startswith(b"\x89PNG")
     with pytest.raises(InputError, match="no format 'bmp'"):
-        plot(found, tmp_path, "bmp")
+        found.plot().save(tmp_path, "bmp")
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot be written"):
-        plot(found, tmp_path / "file" / "below")
+    with pytest.raises(InputError, match="is a file, not a folder"):
+        found.plot().save(tmp_path / "file" / "below")

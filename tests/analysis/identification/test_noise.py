@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 pytest.importorskip("scipy")
 
-from symoro_elastic.identification.estimation import solve
-from symoro_elastic.identification.filtering import Filter, average
-from symoro_elastic.identification.noise import Noise, of_correlation, of_records
+from symoro_elastic.analysis.identification.estimation import solve
+from symoro_elastic.analysis.identification.filtering import Filter, average
+from symoro_elastic.analysis.identification.noise import Noise, of_correlation, of_records
 from tests.benchmarks.identification import deviations
 
 Array = NDArray[np.float64]
@@ -88,6 +88,7 @@ def test_slow_noise_raises_standard_deviations() -> None:
     assert 0.67 < math.sqrt(float(np.mean(np.square(z)))) < 1.5
 
 
+@pytest.mark.thorough
 def test_truth_lies_within_the_standard_deviations() -> None:
     """10 runs of 16 parameters with dry friction and coarse encoders.
 

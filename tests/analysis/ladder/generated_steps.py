@@ -8,21 +8,21 @@ from types import ModuleType
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.codegen.integration.methods import Method, nodes_of
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.integration.methods import Method, nodes_of
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.traced import traced
 
 
 def with_steps(machine: Machine, *methods: str) -> ModuleType:
     """The generated numpy package with steps of these methods."""
     scene = Scene(models=("geometric_model",), steps=methods)
     with tempfile.TemporaryDirectory() as folder:
-        return import_package(render_numpy(traced(machine, scene).package), Path(folder))
+        return import_package(render_numpy(trace_models(machine, scene).package), Path(folder))
 
 
 def stepped_motion(module: ModuleType, method: Method, reference: Reference, steps: int) -> Array:

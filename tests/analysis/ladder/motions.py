@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Move, PrescribedMotion, Servo
-from symoro_elastic.simulation.reference import Reference, reference_of
 
 
 def moved(

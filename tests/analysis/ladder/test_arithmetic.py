@@ -6,17 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.ladder.predicted_rungs import single_precision_errors
+from symoro_elastic.analysis.simulation.prediction.path import linear_path
+from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
+from symoro_elastic.codegen.integration.tableaus import RK4, step
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.model_ladder.arithmetic import single_precision_errors
-from symoro_elastic.model_ladder.path import linear_path
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.traced import traced
-from tests.model_ladder.scenes import moving, random_springs
+from symoro_elastic.models.traced import trace_models
+from tests.analysis.ladder.scenes import moving, random_springs
 
 STEPS = 150
 
@@ -43,9 +42,9 @@ def springs_moved(compiled: CompiledPackage, reference: Reference) -> Array:
 
 
 def test_the_estimate_is_of_the_size_of_the_error(tmp_path: Path) -> None:
-    """Between a fifth of the error and five times it: roundings are no random numbers."""
+    """Between a fifth of the error and five times it: roundings are not random numbers."""
     scene = moving("random", random_springs(1, 6, (30, 50, 70)), 0.3, 0.15, 1e-5)
-    package = traced(scene.reference.machine, Scene(models=("inverse_dynamics", "geometric_model"))).package
+    package = trace_models(scene.reference.machine, Scene(models=("inverse_dynamics", "geometric_model"))).package
     double, single = (
         compile_package(package, tmp_path / precision.name, precision=precision, flags=("-O1",))
         for precision in (DOUBLE, SINGLE)

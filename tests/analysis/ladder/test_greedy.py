@@ -7,13 +7,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from symoro_elastic.model_ladder import greedy
-from symoro_elastic.model_ladder.greedy import backward_greedy, spring_figures
-from symoro_elastic.model_ladder.path import linear_path
-from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
-from tests.model_ladder.motions import moved
-from tests.model_ladder.scenes import moving, random_springs
-from tests.vibration.machines import drive
+from symoro_elastic.analysis.ladder import greedy
+from symoro_elastic.analysis.ladder.greedy import backward_greedy, spring_figures
+from symoro_elastic.analysis.simulation.prediction.path import linear_path
+from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative, spring_errors
+from tests.analysis.ladder.motions import moved
+from tests.analysis.ladder.scenes import moving, random_springs
+from tests.analysis.vibration.machines import drive
 
 SAMPLES = 200
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath, linear_path
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.analysis.vibration.linearization import Linearization, linearize
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Gains
-from symoro_elastic.model_ladder.path import LinearPath, linear_path
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.vibration.equations_of_motion import State
-from symoro_elastic.vibration.linearization import Linearization, linearize, motion_of
-from tests.model_ladder.motions import moved
-from tests.model_ladder.scenes import all_motors, flex4, tuned
-from tests.vibration.machines import machine_of, slide
+from symoro_elastic.numerics.motion.equations_of_motion import State, motion_of
+from tests.analysis.ladder.motions import moved
+from tests.analysis.ladder.scenes import all_motors, flex4, tuned
+from tests.analysis.vibration.machines import machine_of, slide
 
 SIGNALS = ("j4.x", "j3 at (0.1, 0.2, 0).z", "j4.rx", "j4.vy", "j4.wz", "j4.ax", "j4.wdy")
 SAMPLES, PLACE = 8, 3
@@ -66,7 +66,7 @@ def test_motions_that_leave_the_linear_model_are_about_the_reference() -> None:
 
 
 def names_of(reference: Reference) -> tuple[str, ...]:
-    return tuple(joint.name for joint in reference.machine.moving_joints)
+    return tuple(joint.name for joint in reference.machine.independent_joints)
 
 
 def test_matrices_are_those_of_the_place() -> None:

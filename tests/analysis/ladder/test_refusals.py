@@ -7,21 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
+from symoro_elastic.analysis.simulation.prediction.path import linear_path, refuse_coupled
+from symoro_elastic.analysis.simulation.prediction.resolution import is_resolved, resolved_path
+from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations
+from symoro_elastic.analysis.simulation.reference_motion import reference_of
+from symoro_elastic.analysis.simulation.simulate import Request, simulate
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Friction, Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion, Wobble
-from symoro_elastic.model_ladder.path import linear_path
-from symoro_elastic.model_ladder.refusals import refuse_coupled
-from symoro_elastic.model_ladder.resolution import is_resolved, resolved_path
-from symoro_elastic.model_ladder.simulate import Request, simulate
-from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
-from symoro_elastic.model_ladder.spring_errors import Deviations
-from symoro_elastic.simulation.reference import reference_of
+from tests.analysis.ladder.motions import moved
+from tests.analysis.vibration.machines import drive
 from tests.command_line import EXAMPLES
 from tests.compiled_models import cell
-from tests.model_ladder.motions import moved
-from tests.vibration.machines import drive
 
 MOVE = {"motor": (0.1, 0.5)}
 
@@ -33,8 +32,11 @@ def example(name: str) -> Machine:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("four_bar.par", r"four_bar\.par: loop \w+: the ladder treats trees without loops: use simulate"),
-        ("ball_screw.toml", r"ball_screw\.toml: joint \w+: it follows .*, and the ladder treats no coupled joints"),
+        ("four_bar.par", r"four_bar\.par: loop \w+: the ladder does not handle loops: use simulate"),
+        (
+            "ball_screw.toml",
+            r"ball_screw\.toml: joint \w+: it follows .*, and the ladder does not handle coupled joints",
+        ),
     ],
 )
 def test_joints_that_depend_on_others(name: str, said: str) -> None:
@@ -56,7 +58,7 @@ def test_no_inertia() -> None:
 
 
 def test_torques_that_are_no_numbers() -> None:
-    said = r"drive\.toml: motion: the torques of the reference are no numbers at 0"
+    said = r"drive\.toml: motion: the torques of the reference are not numbers at 0"
     near = moved(drive(), 0.5, MOVE)
     far = replace(near, start=replace(near.start, q=np.full_like(near.start.q, 1e308)))
     with np.errstate(all="ignore"), pytest.raises(InputError, match=said):
@@ -85,10 +87,10 @@ def test_samples_are_doubled_until_they_tell_the_vibrations() -> None:
 
 def test_motions_too_long_for_what_happens_in_them(monkeypatch: pytest.MonkeyPatch) -> None:
     """A move that no sample would meet, and vibrations that need more samples than there may be."""
-    said = "motion, duration: .* s are too long for the short moves or the vibrations in it: shorten it"
+    said = "motion, duration: .* s are too long for the short moves or vibrations in it: shorten it"
     with pytest.raises(InputError, match=said):
         resolved_path(moved(drive(), 50.0, {"motor": (1e-3, 2e-3)}), {"load.z": 1e-6})
-    monkeypatch.setattr("symoro_elastic.model_ladder.resolution.MOST_SAMPLES", 1600)
+    monkeypatch.setattr("symoro_elastic.analysis.simulation.prediction.resolution.MOST_SAMPLES", 1600)
     with pytest.raises(InputError, match=said):
         resolved_path(moved(drive(m2=5.0, k=8e7), 0.8, {"motor": (1e-3, 1.6e-2)}), {"load.z": 1e-9})
 
@@ -97,7 +99,7 @@ def test_a_wobble_of_too_many_periods_is_refused_before_any_step() -> None:
     """2.5 million periods, 20 steps each."""
     wobble = Wobble("motor", 1e-9, 1e7)
     reference = reference_of(drive(), PrescribedMotion(0.25, wobbles=(wobble,)))
-    said = "motion, duration: its shortest .* takes 1e-07 s: 5e.07 steps, some 0.014 h, 5e.06 are the most"
+    said = "motion, duration: its shortest .* takes 1e-07 s: 5e.07 steps, some 0.014 h, 5e.06 is the limit"
     with pytest.raises(InputError, match=said):
         simulate(reference, Request())
     with pytest.raises(InputError, match=said):

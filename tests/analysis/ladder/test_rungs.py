@@ -11,29 +11,22 @@ import numpy as np
 import pytest
 from pytest import MonkeyPatch
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine, toml
-from symoro_elastic.machine.formats.toml_writing import write_scene
+from symoro_elastic.analysis.ladder.measured_rungs import Measurement
+from symoro_elastic.analysis.ladder.rung import Ladder, Measured, Rung
+from symoro_elastic.analysis.ladder.rungs import ladder, measured_ladder, predicted_ladder, prediction_of, reduced_scene
+from symoro_elastic.analysis.ladder.views import advice, arithmetic_line, predicted_line, springs_table
+from symoro_elastic.analysis.simulation.prediction.path import linear_path
+from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative, spring_errors
+from symoro_elastic.analysis.simulation.reference_motion import reference_of
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.formats.toml.writing import write_scene
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Move, PrescribedMotion
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.model_ladder import rungs as rungs_module
-from symoro_elastic.model_ladder.path import linear_path
-from symoro_elastic.model_ladder.rung import Measured, Rung
-from symoro_elastic.model_ladder.rungs import Ladder, ladder, predicted_ladder
-from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
-from symoro_elastic.model_ladder.tables import (
-    advice,
-    arithmetic_line,
-    ladder_json,
-    predicted_line,
-    reduced_scene,
-    springs_table,
-)
-from symoro_elastic.progress import announce_nothing, no_progress
-from symoro_elastic.simulation.reference import reference_of
 from tests.command_line import EXAMPLES, refused, run
 
 TOLERANCE = {"tool.x": 1e-5, "tool.y": 1e-5}
@@ -45,7 +38,7 @@ SCENE = EXAMPLES / "scenes" / "two_axis_move.toml"
 def machine() -> Machine:
     """The two-axis machine with four springs: bed_y, bed_x, cart_y, ram."""
     whole, _ = read_machine(TWO_AXIS)
-    return restricted(whole, Scene(locked=dict.fromkeys(LOCKED, Formula.parse(0))))
+    return restrict(whole, Scene(locked=dict.fromkeys(LOCKED, Formula.parse(0))))
 
 
 def motion() -> PrescribedMotion:
@@ -55,15 +48,14 @@ def motion() -> PrescribedMotion:
 
 
 @cache
-def climbed() -> tuple[rungs_module._Climb, tuple[Rung, ...]]:
-    """The steps of `ladder`: its compiled rungs serve more than one test."""
-    return rungs_module._predicted(machine(), [motion()], TOLERANCE, None, announce_nothing, no_progress)
+def measurement() -> Measurement:
+    """The measurement of `ladder`: its compiled rungs serve more than one test."""
+    return Measurement(prediction_of(machine(), [motion()], TOLERANCE))
 
 
 @cache
 def found() -> Ladder:
-    climb, rungs = climbed()
-    return climb.measured(rungs, no_progress)
+    return measured_ladder(measurement(), measurement().prediction.rungs())
 
 
 def test_the_chosen_rung_is_measured_within_its_tolerance_and_prediction() -> None:
@@ -90,16 +82,17 @@ def test_the_chosen_rung_is_the_cheapest_that_fits() -> None:
     assert all((rung.chosen is None) == (relative(rung.predicted, TOLERANCE) > 0.7) for rung in found().rungs)
 
 
+@pytest.mark.thorough
 def test_a_rung_whose_prediction_fails_is_not_chosen(monkeypatch: MonkeyPatch) -> None:
     """Measured errors three times those predicted: the ladder falls back until nothing is left out."""
-    measure = rungs_module._Climb._measured
+    measure = Measurement.errors
 
-    def wrong(climb: rungs_module._Climb, rung: Rung) -> Measured:
-        right = measure(climb, rung)
+    def wrong(measurement: Measurement, rung: Rung) -> Measured:
+        right = measure(measurement, rung)
         return Measured({name: 3 * x for name, x in right.model.items()}, right.steps, right.seconds)
 
-    monkeypatch.setattr(rungs_module._Climb, "_measured", wrong)
-    fallen = climbed()[0].measured(found().rungs, no_progress)
+    monkeypatch.setattr(Measurement, "errors", wrong)
+    fallen = measured_ladder(measurement(), found().rungs)
     assert fallen.distrusted and fallen.chosen != found().chosen and found().chosen in fallen.distrusted
     assert all(max(fallen.rungs[k].predicted.values()) > 0.01 * min(TOLERANCE.values()) for k in fallen.distrusted)
 
@@ -119,7 +112,7 @@ def test_single_precision_is_enough_where_it_takes_little_of_the_tolerance() -> 
 
 
 def test_advice_where_no_rung_is_good_enough() -> None:
-    assert "no rung is good enough; the nearest one, keep every spring, takes" in advice(replace(found(), chosen=None))
+    assert "no rung is good enough; the closest, keep every spring, takes" in advice(replace(found(), chosen=None))
 
 
 def test_advice_says_that_steps_are_not_good_enough() -> None:
@@ -155,15 +148,15 @@ def test_the_reduced_scene_is_generated_and_is_the_same_again(tmp_path: Path) ->
 
 def test_springs_are_listed_with_what_is_usually_asked_of_them() -> None:
     """In the table and as data; none of it is the order of the rungs."""
-    data = ladder_json(found())["springs"]
+    data = found().as_json()["springs"]
     assert [one["name"] for one in data] == [
-        joint.name for joint in found().machine.moving_joints if joint.kind == "elastic"
+        joint.name for joint in found().machine.independent_joints if joint.kind == "elastic"
     ]
     first = {rung.left_out[0]: rung for rung in found().rungs if len(rung.left_out) == 1}
     ((name, rung),) = first.items()
     alone = next(one for one in data if one["name"] == name)
     assert alone["alone"] == pytest.approx(relative(rung.predicted, TOLERANCE))
-    assert springs_table(found()).row_count == len(data)
+    assert len(springs_table(found()).rows) == len(data)
 
 
 def test_the_ladder_by_prediction_chooses_the_cheapest_and_measures_nothing() -> None:
@@ -206,6 +199,7 @@ def joined_ladder(*forces: AppliedForce) -> Ladder:
     return ladder(in_series(), [replace(PUSHED, forces=forces)], {"tip.z": 5e-4})
 
 
+@pytest.mark.thorough
 def test_forces_on_frames_are_measured_too() -> None:
     """The tip is pushed: springs bend by it, static ones too; the model errs as predicted, which is not as without."""
     push = AppliedForce("tip", (30.0, 0.0, 400.0, 0.0, 0.0, 0.0), 0.05, 0.05)
@@ -226,7 +220,7 @@ def test_springs_in_series_are_condensed() -> None:
         "first and last are in series: last is last + first with k1 k2/(k1 + k2), first is fixed",
     )
     assert joined.rungs[0].left_out == ()
-    assert reduced_scene(joined, in_series(), Scene()).condense and ladder_json(joined)["condensed"]
+    assert reduced_scene(joined, in_series(), Scene()).condense and joined.as_json()["condensed"]
     rung = next(rung for rung in joined.rungs if rung.left_out == ("last",))
     assert rung.predicted["tip.z"] > 1e-6
     apart = linear_path(reference_of(in_series(1e-3), PUSHED), ("tip.z",), 3200)
@@ -239,8 +233,12 @@ def test_springs_in_series_are_condensed() -> None:
 @pytest.mark.parametrize(
     ("motion", "tolerance", "said"),
     [
-        (PUSHED, {"last.q": 1e-6}, "wanted, tolerance: last.q is of two springs in series, which become one: leave it"),
-        (PUSHED, {"first.z": 1e-6}, "wanted, tolerance: first.z is of two springs in series"),
+        (
+            PUSHED,
+            {"last.q": 1e-6},
+            "wanted, tolerance: last.q belongs to two springs in series, which are merged: leave it",
+        ),
+        (PUSHED, {"first.z": 1e-6}, "wanted, tolerance: first.z belongs to two springs in series"),
         (replace(PUSHED, start={"first": 0.0}), {"tip.z": 1e-6}, "start, first: first is one of two springs in series"),
         (
             replace(PUSHED, forces=(AppliedForce("first", (1.0, *[0.0] * 5), 0.0, 0.1),)),
@@ -255,7 +253,7 @@ def test_what_condensing_changes_is_refused(motion: PrescribedMotion, tolerance:
 
 
 def test_json_has_every_rung() -> None:
-    data = ladder_json(found())
+    data = found().as_json()
     assert len(data["rungs"]) == len(found().rungs) and data["rungs"][data["chosen"]]["verdict"] == "<- chosen"
     assert np.isfinite(data["full"]["operations"])
 
@@ -264,7 +262,7 @@ def test_json_has_every_rung() -> None:
     ("text", "what"),
     [
         ('[wanted]\ntolerance = { "tool.x" = 1e-6 }', "missing: write a table [motion]"),
-        ("[motion]\nduration = 1", "no error is allowed yet"),
+        ("[motion]\nduration = 1", "no tolerance is given"),
     ],
 )
 def test_what_the_ladder_needs(text: str, what: str, tmp_path: Path) -> None:
@@ -282,13 +280,13 @@ def test_tolerances_below_rounding_are_refused_before_any_work(tmp_path: Path) -
 
 @pytest.mark.parametrize("box", ["motor_y=0.3:0", "motor_y=-0.1"])
 def test_ranges_of_starts_that_are_reversed_are_refused(box: str) -> None:
-    line = refused("ladder", TWO_AXIS, "--scene", SCENE, "--from", box)
-    assert "--from: motor_y=" in line and line.endswith("is no range: give LOW:HIGH, LOW first")
+    line = refused("ladder", TWO_AXIS, "--scene", SCENE, "--box", box)
+    assert "--box: motor_y=" in line and line.endswith("is not a range: give LOW:HIGH, LOW first")
 
 
 def test_springs_that_a_scene_has_static_stay_static() -> None:
     """The whole machine is that of the scene then; rungs leave out more springs, and are measured as predicted."""
-    static = restricted(in_series(), Scene(static={"arm": None}, condense=True))
+    static = restrict(in_series(), Scene(static={"arm": None}, condense=True))
     found = ladder(static, [PUSHED], {"tip.z": 5e-4})
     assert [rung.left_out for rung in found.rungs if not rung.locked] == [(), ("last",)] and not found.distrusted
     assert found.chosen is not None and found.rungs[found.chosen].measured is not None

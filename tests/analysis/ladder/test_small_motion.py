@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.model_ladder.small_motion import LinearMotion, small_motion
+from symoro_elastic.analysis.simulation.prediction.small_motion import LinearMotion, small_motion
+from symoro_elastic.foundation.array_types import Array
 
 W, W_FORCE, LENGTH = 7.0, 3.0, 10.0
 DAMPING = (0.0, 0.02)

@@ -8,16 +8,18 @@ from functools import cache
 import numpy as np
 import pytest
 
+from symoro_elastic.analysis.ladder.greedy import backward_greedy
+from symoro_elastic.analysis.simulation.prediction.path import linear_path
+from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene as Request
-from symoro_elastic.model_ladder.greedy import backward_greedy
-from symoro_elastic.model_ladder.path import linear_path
-from symoro_elastic.model_ladder.spring_errors import Deviations, relative, spring_errors
-from tests.model_ladder.motions import moved
-from tests.model_ladder.scenes import Scene, arm, flex4, moving, random_springs, tuned, two_axis
-from tests.model_ladder.truth import Truth, pinocchio_dynamics
+from tests.analysis.ladder.motions import moved
+from tests.analysis.ladder.scenes import Scene, arm, flex4, moving, random_springs, tuned, two_axis
+from tests.analysis.ladder.truth import Truth, pinocchio_dynamics
+
+pytestmark = pytest.mark.sampled(5)
 
 SERVO = Bandwidth(15, 0.7)
 SMALLEST = 1e-11
@@ -26,7 +28,7 @@ SMALLEST = 1e-11
 
 def slow_tool() -> Scene:
     """The two-axis machine without its fastest springs, pushed while it moves."""
-    machine = restricted(two_axis(), Request(locked=dict.fromkeys(("sensor_head", "y_chain_1", "ram"), ZERO)))
+    machine = restrict(two_axis(), Request(locked=dict.fromkeys(("sensor_head", "y_chain_1", "ram"), ZERO)))
     push = AppliedForce("tool", (200.0, 0.0, 100.0, 0.0, 0.0, 0.0), 0.01, 0.03)
     moves = {"motor_x": (0.03, 0.04), "motor_y": (0.02, 0.04)}
     reference = moved(machine, 0.06, moves, {"motor_y": 0.1}, forces=[push])

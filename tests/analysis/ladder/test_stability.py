@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.integration.tableaus import RK4
-from symoro_elastic.model_ladder.path import linear_path
-from symoro_elastic.model_ladder.schemes import growth
-from symoro_elastic.model_ladder.stability import damped_above, largest_stable_step, poles
-from tests.model_ladder.motions import moved
-from tests.model_ladder.scenes import all_motors, flex4, tuned
+from symoro_elastic.analysis.simulation.prediction.path import linear_path
+from symoro_elastic.analysis.simulation.prediction.schemes import growth
+from symoro_elastic.analysis.simulation.prediction.stability import damped_above, largest_stable_step, poles
+from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.tableaus import RK4
+from tests.analysis.ladder.motions import moved
+from tests.analysis.ladder.scenes import all_motors, flex4, tuned
 
 
 @pytest.mark.parametrize("name", METHODS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from symoro_elastic.model_ladder.starts import COUNT, starts
+from symoro_elastic.analysis.ladder.rungs import COUNT, starts
 
 BOX = {"motor_x": (-0.2, 0.3), "motor_y": (0.1, 0.1), "turn": (1.0, 3.0)}
 

@@ -8,23 +8,25 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath, linear_path
+from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
+from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors, fewest_steps
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.analysis.simulation.simulate import Request as Simulated
+from symoro_elastic.analysis.simulation.simulate import simulate
+from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.prescribed_motion import Bandwidth
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene as Request
-from symoro_elastic.model_ladder.path import LinearPath, linear_path
-from symoro_elastic.model_ladder.simulate import Request as Simulated
-from symoro_elastic.model_ladder.simulate import simulate
-from symoro_elastic.model_ladder.spring_errors import relative
-from symoro_elastic.model_ladder.step_error import StepErrors, fewest_steps
-from symoro_elastic.simulation.reference import Reference
-from tests.model_ladder.generated_steps import stepped_motion, with_steps
-from tests.model_ladder.motions import moved
-from tests.model_ladder.scenes import all_motors, flex4, tuned
-from tests.model_ladder.truth import Truth, generated_dynamics
-from tests.vibration.machines import drive
+from tests.analysis.ladder.generated_steps import stepped_motion, with_steps
+from tests.analysis.ladder.motions import moved
+from tests.analysis.ladder.scenes import all_motors, flex4, tuned
+from tests.analysis.ladder.truth import Truth, generated_dynamics
+from tests.analysis.vibration.machines import drive
+
+pytestmark = pytest.mark.sampled(5)
 
 OUTPUTS = ("j4.x", "j4.y")
 SAMPLES, EVENLY = 400, 80
@@ -87,7 +89,7 @@ def test_errors_fall_by_the_order_of_the_method(name: str) -> None:
 def test_springs_that_are_left_out_stay_out() -> None:
     """Errors with a spring left out are those of the machine that has it locked."""
     whole = reference(False)
-    stiff = restricted(whole.machine, Request(locked={"j2": ZERO}))
+    stiff = restrict(whole.machine, Request(locked={"j2": ZERO}))
     alone = linear_path(moved(stiff, 0.12, all_motors(stiff, 0.2, 0.1), {"j3": 0.5}), OUTPUTS, SAMPLES)
     found = StepErrors(path(False), (1,)).errors(METHODS["w3"], 60)
     exact = StepErrors(alone).errors(METHODS["w3"], 60)
@@ -101,7 +103,7 @@ def test_static_springs_deflect_by_the_errors_of_accelerations() -> None:
     Without the deflections the errors are others; the two are linear about motions that differ by a deflection.
     """
     whole = reference(True)
-    static = restricted(whole.machine, Request(static={"j2": ZERO}))
+    static = restrict(whole.machine, Request(static={"j2": ZERO}))
     servos = {joint.name: SERVO for joint in static.motor_joints}
     moving = moved(static, 0.12, all_motors(static, 0.2, 0.1), {"j3": 0.5}, servos)
     found = StepErrors(path(True).recovering((1,)), (1,)).errors(METHODS["w2"], 60)
@@ -117,7 +119,7 @@ def test_predictions_hold_for_static_springs() -> None:
     servo = {"motor": Bandwidth(20.0, 0.8)}
     static, locked = (
         simulate(
-            moved(restricted(drive(), scene), 0.5, {"motor": (0.1, 0.2)}, servo=servo),
+            moved(restrict(drive(), scene), 0.5, {"motor": (0.1, 0.2)}, servo=servo),
             Simulated(("load.z",), method="w2", step=0.5 / 40),
         )
         for scene in (Request(static={"load": None}), Request(locked={"load": ZERO}))
@@ -153,7 +155,7 @@ def test_the_search_ends_wherever_errors_get_small_enough(enough: int, monkeypat
 def test_steps_beyond_those_tried_follow_from_the_order(monkeypatch: pytest.MonkeyPatch) -> None:
     errors, tolerance = StepErrors(path(False)), dict.fromkeys(OUTPUTS, 1e-6)
     tried = fewest_steps(errors, METHODS["w2"], tolerance, 0.25)
-    monkeypatch.setattr("symoro_elastic.model_ladder.step_error.MOST_STEPS", tried.steps // 2)
+    monkeypatch.setattr("symoro_elastic.analysis.simulation.prediction.step_error.MOST_STEPS", tried.steps // 2)
     choice = fewest_steps(errors, METHODS["w2"], tolerance, 0.25)
     assert not choice.is_tried and choice.steps == pytest.approx(tried.steps, rel=0.2)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from symoro_elastic.model_ladder.whole_steps import is_whole, part_from, part_of, rounded_down
+from symoro_elastic.analysis.simulation.periods import is_whole, part_from, part_of, rounded_down
 
 
 @pytest.mark.parametrize("period", [1e-3, 0.05, 1 / 3, 0.007])

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import Asked
+from symoro_elastic.machine.scene import RequestedPart
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.vibration.signals import FrameSignal, inputs
-from symoro_elastic.vibration.signals import outputs as output_signals
+from symoro_elastic.numerics.motion.signals import FrameSignal, inputs
+from symoro_elastic.numerics.motion.signals import outputs as output_signals
 
 Dynamics = Callable[[Array, Array], tuple[Array, Array]]
 """A (sets, n, n) and H (sets, n), friction included, at q and qd (sets, n)."""
@@ -67,7 +67,7 @@ class Truth:
         nothing = np.zeros(0)
         self._asked = np.nan, (nothing, nothing, nothing)
         machine = self.reference.machine
-        rows = machine.moving_joints
+        rows = machine.independent_joints
         values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
         laws = [(j.spring.stiffness, j.spring.neutral, j.spring.damping) for j in rows]
         self.k, self.neutral, self.damping = np.array([[x.value(values) for x in row] for row in laws]).T
@@ -155,12 +155,12 @@ class Truth:
     def _output(self, machine: Machine, name: str, q: Array) -> Array:
         if name.endswith(".tau"):
             (signal,) = inputs(machine, [name])
-            return self.motor_torques()[..., machine.moving.index(signal.number)]
+            return self.motor_torques()[..., machine.independent.index(signal.number)]
         (signal,) = output_signals(machine, [name])
         if not isinstance(signal, FrameSignal):
-            return (q, self.v, self.a)[signal.order][..., machine.moving.index(signal.number)]
+            return (q, self.v, self.a)[signal.order][..., machine.independent.index(signal.number)]
         assert signal.order == 0 and signal.component < 3
-        frame = str(Asked(machine.joints[signal.number - 1].name, signal.at))
+        frame = str(RequestedPart(machine.joints[signal.number - 1].name, signal.at))
         placed = numpy_model(machine, ("geometric_model",), {"geometric_model": (frame,)}).geometric_model(q)
         return placed[..., 0, signal.component, 3]
 

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Move, PrescribedMotion, Servo
-from symoro_elastic.simulation.reference import Reference, reference_of
-from tests.model_ladder.truth import pinocchio_dynamics
+from tests.analysis.ladder.truth import pinocchio_dynamics
 
 TEXT = """
 name = "carriage"

@@ -14,20 +14,19 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
+from symoro_elastic.analysis.simulation.compiled_steps import refuse_turned
+from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
+from symoro_elastic.analysis.simulation.simulate import Request, simulate
+from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion
-from symoro_elastic.model_ladder.simulate import Request, simulate
-from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
-from symoro_elastic.numerics.assembled_states import start_of
-from symoro_elastic.numerics.own_motion import OwnMotion
-from symoro_elastic.simulation.compiled_steps import refuse_turned
-from symoro_elastic.simulation.reference import Reference, reference_of
-from symoro_elastic.simulation.simulated import Simulation
-from symoro_elastic.simulation.tables import simulation_columns
+from symoro_elastic.numerics.closed_positions import JointCoordinates
+from symoro_elastic.numerics.verification.assembled_states import start_of
+from tests.analysis.ladder.motions import moved
 from tests.closed_chains.machines import machine as closed_chain
-from tests.model_ladder.motions import moved
 from tests.models.test_creep import creeping
 from tests.references.closed_chains import State
 from tests.references.constraint_multipliers import Multipliers
@@ -63,8 +62,10 @@ def under_servos() -> Reference:
 def by_multipliers(reference: Reference, machine: Machine) -> dict[str, float]:
     """The state of every joint of the cut tree at the end, and the torques of the motors."""
     cut, motors = CutTree(machine), [joint.name for joint in machine.motor_joints]
-    own = OwnMotion(reference.machine, [machine.variables[str(joint.variable)] for joint in cut.tree.moving_joints])
-    y = np.concatenate(own(reference.start.q[None], reference.start.qd[None])[:, 0])
+    own = JointCoordinates(
+        reference.machine, [machine.variables[str(joint.variable)] for joint in cut.tree.independent_joints]
+    )
+    y = np.concatenate(own(reference.at_start.map(lambda block: block[None]))[:, 0])
     entries, n = np.array([cut.names.index(name) for name in motors]), len(cut.names)
 
     def pushed(t: float, y: Array) -> tuple[Array, Array]:
@@ -93,6 +94,7 @@ def of_delta() -> dict[str, float]:
     return by_multipliers(under_servos(), delta())
 
 
+@pytest.mark.thorough
 def test_servos_move_the_platform_as_multipliers_say() -> None:
     """Dependent joints, motors among them, are outputs; errors are true within a factor of two."""
     found = simulate(under_servos(), Request(OUTPUTS, None, "w3", 5e-4))
@@ -107,6 +109,7 @@ def adapted() -> Simulation:
     return simulate_adaptively(under_servos(), Request((*OUTPUTS, "arm_3.tau"), {"along_x.q": 1e-9}), {})
 
 
+@pytest.mark.thorough
 def test_adapted_steps_move_it_so_too() -> None:
     for k, name in enumerate((*OUTPUTS, "arm_3.tau")):
         wrong = abs(adapted().outputs[-1, k] - of_delta()[name])
@@ -120,8 +123,8 @@ def test_energy_is_that_of_the_motors() -> None:
 
 
 def test_what_is_written_holds_the_motors_too() -> None:
-    columns = simulation_columns(adapted())
-    at = OwnMotion(delta(), delta().motors)(*(getattr(adapted().motion, name) for name in ("q", "qd", "qdd")))
+    columns = adapted().arrays()
+    at = JointCoordinates(delta(), delta().motors)(adapted().motion)
     for k, name in enumerate(ARMS):
         for order, quantity in enumerate(("q", "qd", "qdd")):
             np.testing.assert_array_equal(columns[f"{quantity}_{name}"], at[order, :, k] + 0.0)
@@ -131,9 +134,9 @@ def test_what_is_written_holds_the_motors_too() -> None:
 def test_motors_that_follow_exactly_become_the_independent_joints() -> None:
     """The crank then follows from the rocker; the load swings; the torque is the force that multipliers need."""
     machine = driven_at_the_rocker()
-    assert [joint.name for joint in machine.moving_joints] == ["crank", "load"]
+    assert [joint.name for joint in machine.independent_joints] == ["crank", "load"]
     reference = moved(machine, DURATION, {"rocker": (0.15, 0.05)}, {"crank": 0.9})
-    assert [joint.name for joint in reference.machine.moving_joints] == ["rocker", "load"]
+    assert [joint.name for joint in reference.machine.independent_joints] == ["rocker", "load"]
     names = ("load.q", "load.qd", "crank.q", "crank.qd", "rocker.tau")
     found = simulate(reference, Request(names, None, "w3", 5e-4))
     wanted = by_multipliers(reference, machine)
@@ -218,7 +221,7 @@ def test_a_motor_that_gets_half_a_turn_away_is_refused() -> None:
     angles = np.array([[3.0, 0.0, 0.0], [-3.1, 0.0, 0.0]])
     turning = SimpleNamespace(machine=delta(), of_motors=lambda *_: (angles, angles))
     run = SimpleNamespace(t=np.array([0.1, 0.2]), q=angles, qd=angles, q_dep=None)
-    with pytest.raises(InputError, match=r"arm_1: simulate: at 0.1 s it gets half a turn away .*: make it independent"):
+    with pytest.raises(InputError, match=r"arm_1: simulate: at 0.1 s it is half a turn away .*: make it independent"):
         refuse_turned(turning, run)  # type: ignore[arg-type]
 
 

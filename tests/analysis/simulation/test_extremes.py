@@ -14,24 +14,26 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.integration.methods import METHODS
-from symoro_elastic.integration.w_methods import WMethod
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.analysis.ladder.rungs import ladder
+from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
+from symoro_elastic.analysis.simulation.prediction.step_error import MOST_STEPS
+from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
+from symoro_elastic.analysis.simulation.simulate import Request, Simulating, simulate
+from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.w_methods import WMethod
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, Move, PrescribedMotion, Wobble
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.model_ladder.rungs import ladder
-from symoro_elastic.model_ladder.simulate import Request, Simulating, simulate
-from symoro_elastic.model_ladder.step_error import MOST_STEPS
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.simulation.compiled_steps import CompiledSteps
-from symoro_elastic.simulation.reference import Reference, reference_of
-from tests.simulation.carriage import carriage, moved, true_motion, values
-from tests.simulation.with_parameters import StepsWithParameters
+from tests.analysis.simulation.carriage import carriage, moved, true_motion, values
+from tests.analysis.simulation.with_parameters import StepsWithParameters
+
+pytestmark = pytest.mark.sampled(5)
 
 pytest.importorskip("pinocchio")
 STIFFER = (1, 1e4, 1e8)
@@ -219,9 +221,9 @@ def test_massless_bodies_in_series_are_refused() -> None:
 @pytest.mark.parametrize("first", [6e4, 1e12])
 def test_condensed_they_move_as_one_spring(first: float) -> None:
     """k1 k2/(k1 + k2) under the inertia force of the motion, against Duhamel's integral by the trapezoidal rule."""
-    machine = restricted(toml.read(SERIES.format(first=first), "series.toml"), Scene(condense=True))
+    machine = restrict(toml.read(SERIES.format(first=first), "series.toml"), Scene(condense=True))
     reference = pushed(machine)
-    (spring,) = (k for k, joint in enumerate(machine.moving_joints) if joint.spring.stiffness != ZERO)
+    (spring,) = (k for k, joint in enumerate(machine.independent_joints) if joint.spring.stiffness != ZERO)
     found = compiled(machine, "w3").run(reference, "w3", 6000)
     t, times = found.t, math.sqrt(first * 3e4 / (first + 3e4) / 3) * found.t
     parts = np.array([np.cos(times), np.sin(times)]) * reference.at(t)[2][:, 0]
@@ -280,7 +282,7 @@ def test_what_overflows_is_said(by: float, servo: Bandwidth | Gains | None) -> N
         found = simulate(moved(None, by=by, servo=servo), Request(tolerance={"arm.q": 1e-5}, method="w3", step=1e-3))
     except InputError as refusal:
         assert "\n" not in str(refusal)
-        assert "out of range" in str(refusal) or "no numbers" in str(refusal) or "too far" in str(refusal)
+        assert "leaves the valid range" in str(refusal) or "no numbers" in str(refusal) or "too far" in str(refusal)
     else:
         assert np.isfinite(found.outputs).all() and not found.is_within
 
@@ -312,7 +314,7 @@ def swinging(duration: float) -> Reference:
         ("rodas4", 2e-4, 10_000, 2e-8),
         ("rk4", 1e-4, 20_000, 3e-8),
     ],
-)
+)  # fmt: skip
 def test_energy_of_a_free_motion_stays(method: str, step: float, steps: int, part: float) -> None:
     """2500 J, that of the midpoint rule bounded over a million steps: no larger error in the second half."""
     reference, runner = swinging(step * steps), carriage_steps()
@@ -340,6 +342,7 @@ motor = { coulomb = 5, creep = 1e-4 }
 """
 
 
+@pytest.mark.thorough
 def test_reversals_of_dry_friction_need_no_smaller_steps() -> None:
     """200 steps of 1 ms under a servo, four reversals, 1e-6 m: 2 Fs h^2 / m: the one equation of motion by Radau."""
     machine = toml.read(SLIDE, "slide.toml")

@@ -9,24 +9,25 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.formats.motions import motions_of
-from symoro_elastic.machine.formats.reading import read_machine
-from symoro_elastic.machine.formats.tables import load
+from symoro_elastic.analysis.ladder.rungs import ladder
+from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
+from symoro_elastic.analysis.simulation.moving_base import quaternion, rotations
+from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
+from symoro_elastic.analysis.simulation.simulate import Request, simulate
+from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.formats.reading import read_machine
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.formats.toml.motions import motions_of
+from symoro_elastic.formats.toml.tables import load
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Base, Joint, Kind, Machine, Orientation
-from symoro_elastic.machine.machine import Given as Known
-from symoro_elastic.model_ladder.rungs import ladder
-from symoro_elastic.model_ladder.simulate import Request, simulate
-from symoro_elastic.model_ladder.simulate_adaptively import simulate_adaptively
-from symoro_elastic.simulation.moving_base import quaternion, rotations
-from symoro_elastic.simulation.reference import Reference, reference_of
-from symoro_elastic.simulation.simulated import Simulation
-from symoro_elastic.simulation.tables import simulation_columns
+from symoro_elastic.machine.machine import KnownOfBase as Known
+from tests.codegen.integration.floating_motions import FloatingState, integrated, rotation
 from tests.command_line import EXAMPLES
 from tests.generated_code import COMPILERS
-from tests.integration.floating_motions import FloatingState, integrated, rotation
+
+pytestmark = pytest.mark.sampled(4)
 
 SERVOS = "servo = { shoulder = { kp = 8, kd = 1 }, elbow = { kp = 4, kd = 0.3 } }"
 MOVES = """
@@ -48,7 +49,7 @@ needs_compiler = pytest.mark.skipif(not COMPILERS, reason="no C compiler")
 def arm(turned: Orientation = Orientation.QUATERNION) -> Machine:
     machine, _ = read_machine(EXAMPLES / "floating_arm.toml")
     assert machine.floating is not None
-    return replace(machine, floating=replace(machine.floating, orientation=turned), motions=())
+    return replace(machine, floating=replace(machine.floating, orientation=turned)).asking(motions=())
 
 
 def reference(text: str, machine: Machine | None = None) -> Reference:
@@ -188,7 +189,7 @@ def test_a_body_without_joints_flies() -> None:
 def test_columns_hold_the_base() -> None:
     if not COMPILERS:
         pytest.skip("no C compiler")
-    columns, base = simulation_columns(simulated("even")), simulated("even").motion.base
+    columns, base = simulated("even").arrays(), simulated("even").motion.base
     for name, entries in (("Q0", "wxyz"), ("P0", "xyz")):
         for k, entry in enumerate(entries):
             np.testing.assert_array_equal(columns[f"{name}_{entry}"], base[name][:, k])
@@ -230,7 +231,7 @@ def test_quaternions_and_matrices_are_those_of_each_other() -> None:
     [
         (MOVES + 'forces = [{ at = "hand", fx = 1, in = 0.1 }]', "motion, forces: not offered on a floating base"),
         (MOVES + "base = { orientation = [1, 1, 0, 0] }", "base, orientation: the length of the quaternion is 1.414"),
-        (MOVES + "base = { orientation = [1, 0, 0, 0, 1, 0, 0, 0, -1] }", "base, orientation: this is no rotation"),
+        (MOVES + "base = { orientation = [1, 0, 0, 0, 1, 0, 0, 0, -1] }", "base, orientation: this is not a rotation"),
         (MOVES + "base = { orientation = [1, 0, 0] }", "orientation"),
         (MOVES + "base = { wrench = [1e12, 0, 0, 0, 0, 0] }", "base, wrench: 1e\\+12 is out of range"),
         (MOVES + "base = { speed = [1, 0, 0] }", "speed"),
@@ -266,5 +267,5 @@ def test_steps_that_let_the_base_grow_out_of_range_are_refused() -> None:
     """A body that tumbles too fast for its steps: none of its joints tells, it has none."""
     text = "[motion]\nduration = 1\nbase = { velocity = [0, 0, 0, 3e3, 2e3, 1e3] }"
     machine = replace(arm(), joints=(Joint("tip", 0, Kind.FIXED, 2),), parameters=())
-    with pytest.raises(InputError, match="--step: the motion grows out of range at"):
+    with pytest.raises(InputError, match="--step: the motion leaves the valid range at"):
         simulate(reference(text, machine), Request(("base.rx",), method="rk4", step=0.05))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from symoro_elastic.machine.wanted import Wanted
-from symoro_elastic.simulation.periods import period_line, quantity
+from symoro_elastic.analysis.simulation.periods import period_line, quantity
+from symoro_elastic.machine.described import Wanted
+
+pytestmark = pytest.mark.sampled(4)
 
 
 @pytest.mark.parametrize(

@@ -12,22 +12,24 @@ import mpmath
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.machine.formats.motions import read_motions, read_wanted
+from symoro_elastic.analysis.simulation.reference_motion import Reference, reference_of
+from symoro_elastic.analysis.simulation.tolerances import output_signals, refuse_rounding, tolerances
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml.motions import read_motions, read_wanted
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import Wanted
 from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.machine import Floating, Given, Kind, Machine
+from symoro_elastic.machine.machine import Floating, Kind, KnownOfBase, Machine
 from symoro_elastic.machine.prescribed_motion import AppliedForce, Bandwidth, Gains, Move, PrescribedMotion, Wobble
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.wanted import Wanted
-from symoro_elastic.simulation.reference import Reference, reference_of
-from symoro_elastic.simulation.tolerances import output_signals, refuse_rounding, tolerances
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from tests.analysis.vibration.machines import WEIGHT, drive, machine_of, slide, spring
 from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import EXAMPLES
-from tests.vibration.machines import WEIGHT, drive, machine_of, slide, spring
+
+pytestmark = pytest.mark.sampled(5)
 
 SECONDS = np.linspace(0.0, 0.25, 23)
 
@@ -267,7 +269,7 @@ def test_records_refused(said: str, tmp_path: Path) -> None:
         ("nan", "y_motor: NaN or infinity in the motion or its derivatives, sample 3, line 6"),
         ("-inf", "y_motor: NaN or infinity in the motion or its derivatives, sample 3, line 6"),
         ("", "y_motor: line 6: is empty: a gap in the data"),
-        ("x", "y_motor: line 6: 'x' is no number"),
+        ("x", "y_motor: line 6: 'x' is not a number"),
     ],
 )
 def test_the_line_of_a_bad_sample_is_named(cell: str, said: str, tmp_path: Path) -> None:
@@ -291,14 +293,14 @@ def test_a_record_that_is_not_there(tmp_path: Path) -> None:
 
 
 def locked(name: str) -> Machine:
-    return restricted(two_axis(), Scene(locked={name: ZERO}))
+    return restrict(two_axis(), Scene(locked={name: ZERO}))
 
 
 REFUSED: dict[str, tuple[Machine, PrescribedMotion]] = {
     "scene.toml: motion, servo: motor_x without a servo: give one to all motors, or to none": (
         two_axis(), motion(servo={"motor_y": Gains(1.0, 1.0)}),
     ),
-    "scene.toml: motion, moves 1: motor_x is locked by the scene: leave it out of one of both": (
+    "scene.toml: motion, moves 1: motor_x is locked by the scene: remove one of the two": (
         locked("motor_x"), motion(moves=(Move("motor_x", 1.0, 0.0, 0.1),)),
     ),
     "scene.toml: motion, wobbles 1: motor_x is locked": (
@@ -308,8 +310,8 @@ REFUSED: dict[str, tuple[Machine, PrescribedMotion]] = {
         locked("motor_x"), motion(servo={"motor_x": Gains(1.0, 1.0), "motor_y": Gains(1.0, 1.0)}),
     ),
     "scene.toml: motion, start: ram is locked": (locked("ram"), motion(start={"ram": 0.0})),
-    "base, known: the acceleration of the base is given, so it is no state of a motion": (
-        replace(two_axis(), floating=Floating(known=Given.ACCELERATION)), motion(),
+    "base, known: the acceleration of the base is given, so it is not a state of a motion": (
+        replace(two_axis(), floating=Floating(known=KnownOfBase.ACCELERATION)), motion(),
     ),
 }  # fmt: skip
 
@@ -325,7 +327,7 @@ def test_motors_on_dependent_joints_become_independent_where_they_follow_exactly
     machine = closed_chain("gantry")
     servo = {joint.name: Gains(1e5, 1e3) for joint in machine.motor_joints}
     assert reference_of(machine, motion(servo=servo)).machine is machine
-    names = [joint.name for joint in reference_of(machine, motion()).machine.moving_joints]
+    names = [joint.name for joint in reference_of(machine, motion()).machine.independent_joints]
     assert names == ["carriage_1", "cross_slide", "ram", "carriage_2"]
 
 
@@ -359,7 +361,7 @@ def test_one_tolerance_for_all_outputs_or_by_signal() -> None:
         ({"tolerance": {"tool.fx": 1.0}}, "wanted, tolerance: 'tool.fx' is not NAME.QUANTITY with a quantity of"),
         ({"tolerance": {"tool": 1.0}}, "wanted, tolerance: 'tool' is not NAME.QUANTITY"),
         ({"tolerance": 1.0, "outputs": ("motor_z",)}, "wanted, outputs: 'motor_z' is not NAME.QUANTITY"),
-        ({"tolerance": 1.0}, "wanted, tolerance: one number is that of all outputs: add outputs, or give it by signal"),
+        ({"tolerance": 1.0}, "wanted, tolerance: one number applies to all outputs: add outputs, or give it by signal"),
         ({"tolerance": 1.0, "outputs": ("tool.x", "motor_x.tau")},
          'wanted, tolerance: one number is in m or rad, motor_x.tau in N: give it by signal, { "motor_x.tau" = X }'),
         ({"tolerance": 1.0, "outputs": ("tool.vx",)}, "wanted, tolerance: one number is in m or rad, tool.vx in m/s"),

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.simulation.compiled_steps import CompiledSteps
 
 
 class StepsWithParameters(CompiledSteps):

@@ -7,9 +7,9 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.sweeps.axes import AxisLike, Listed, Spread, axis
-from symoro_elastic.sweeps.design import design
+from symoro_elastic.analysis.sweeps.design import design
+from symoro_elastic.analysis.sweeps.ranges import AxisLike, Listed, Spread, axis
+from symoro_elastic.foundation.errors import InputError
 
 
 @pytest.mark.parametrize(
@@ -49,10 +49,10 @@ def test_quantiles_of_a_distribution(given: str, share: float, value: float) -> 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ("", "is no number"),
-        ("a:b:3", "'a' is no number"),
-        ("1,nan", "'nan' is no number"),
-        ("1:inf:3", "'inf' is no number"),
+        ("", "is not a number"),
+        ("a:b:3", "'a' is not a number"),
+        ("1,nan", "'nan' is not a number"),
+        ("1:inf:3", "'inf' is not a number"),
         ("0:1:0", "a count from 1"),
         ("0:1:-4", "a count from 1"),
         ("0:1:2.5", "a count from 1"),
@@ -61,18 +61,18 @@ def test_quantiles_of_a_distribution(given: str, share: float, value: float) -> 
         ("0:1:3,log", "0 has no logarithm"),
         ("1,2,2", "given twice"),
         ("1,2,log", "give LOW:HIGH:COUNT"),
-        ("normal:1:0", "no standard deviation"),
+        ("normal:1:0", "not a standard deviation"),
         ("normal:1", "give normal:MEAN:DEVIATION"),
         ("lognormal:-1:2", "-1 has no logarithm"),
         ("1e300,2", "out of range"),
         ("1:2:3:4", "give LOW:HIGH:COUNT"),
         ([], "an empty grid has no point"),
-        ([1.0, float("nan")], "nan is no number"),
-        (["a"], "'a' is no number"),
-        ([True], "True is no number"),
+        ([1.0, float("nan")], "nan is not a number"),
+        (["a"], "'a' is not a number"),
+        ([True], "True is not a number"),
         (np.array([]), "an empty grid has no point"),
-        ({"a": 1}, "is no list of numbers"),
-        (None, "is no list of numbers"),
+        ({"a": 1}, "is not a list of numbers"),
+        (None, "is not a list of numbers"),
     ],
 )
 def test_what_is_no_axis_is_refused_in_one_line(given: AxisLike, said: str) -> None:
@@ -107,15 +107,15 @@ def test_a_sample_is_that_of_its_seed(sampling: str) -> None:
 @pytest.mark.parametrize(
     ("given", "samples", "sampling", "seed", "said"),
     [
-        ({}, None, None, None, "nothing is swept"),
-        ({"a": "0:1"}, None, None, None, "say by --samples how many"),
-        ({"a": "0:1:3"}, 5, None, None, "no sample is drawn from"),
+        ({}, None, None, None, "nothing to sweep"),
+        ({"a": "0:1"}, None, None, None, "give the number of points by --samples"),
+        ({"a": "0:1:3"}, 5, None, None, "cannot be sampled"),
         ({"a": "0:1"}, 0, None, None, "--samples: 0: give a whole number from 1"),
         ({"a": "0:1"}, -5, None, None, "--samples: -5"),
         ({"a": "0:1"}, 5, "best", None, "--sampling: there is no 'best'"),
         ({"a": "0:1"}, 5, "random", -1, "--seed: -1"),
         ({"a": "0:1"}, 5, "sobol", None, "give 8, a power of 2"),
-        ({"a": "0:1:3"}, None, None, 1, "--seed: a grid is not drawn"),
+        ({"a": "0:1:3"}, None, None, 1, "--seed: a grid is not random"),
         ({"a": "0:1:100000", "b": "0:1:100000"}, None, None, None, "make 1e+10 numbers"),
         ({"a": "0:1"}, 10**9, None, None, "make 1e+09 numbers"),
     ],

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.api.sweeps import Subject, plan
-from symoro_elastic.errors import InputError
-from symoro_elastic.sweeps import cluster
-from symoro_elastic.sweeps.running import Workplace
-from tests.sweeps.machines import SLIDE, squared
+from symoro_elastic.analysis.sweeps import cluster
+from symoro_elastic.analysis.sweeps.running import Workplace
+from symoro_elastic.api.options import Sweeping
+from symoro_elastic.api.sweeps import plan
+from symoro_elastic.foundation.errors import InputError
+from tests.analysis.sweeps.machines import SLIDE, squared
 
 distributed = pytest.importorskip("distributed")
 
@@ -37,7 +39,7 @@ def test_a_cluster_gives_the_figures_of_one_process(local: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("address", "said"), [("nonsense", "is no address"), ("tcp://127.0.0.1:9", "no scheduler answers there")]
+    ("address", "said"), [("nonsense", "is not an address"), ("tcp://127.0.0.1:9", "no scheduler answers there")]
 )
 def test_no_scheduler_is_one_line(address: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "PATIENCE", 0.3)
@@ -50,7 +52,7 @@ def test_a_scheduler_that_goes_away_is_one_line_and_points_are_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cluster, "PATIENCE", 2.0)
-    planned, path = plan(se.read(SLIDE), {"m": "1:4:40"}, Subject(squared)), tmp_path / "journal"
+    planned, path = plan(se.read(SLIDE), Sweeping(over={"m": "1:4:40"}, of=squared)), tmp_path / "journal"
     going = distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", dashboard_address=":0"
     )
@@ -58,8 +60,8 @@ def test_a_scheduler_that_goes_away_is_one_line_and_points_are_kept(
     def close(done: int, total: int) -> None:
         going.close()
 
-    with pytest.raises(InputError, match="the scheduler has gone"):
-        planned.run(Workplace(scheduler=going.scheduler_address), path, progress=close)
+    with pytest.raises(InputError, match="the scheduler is gone"):
+        replace(planned, workplace=Workplace(scheduler=going.scheduler_address)).run(path, progress=close)
     assert 0 < len(path.read_text().splitlines()) - 1 < 40
-    found = planned.run(Workplace(), path)
+    found = planned.run(path)
     assert found.figures["squared"] == pytest.approx(found.points[:, 0] ** 2, rel=1e-15)

@@ -15,63 +15,67 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.api.sweeps import Subject, plan
-from symoro_elastic.errors import InputError
-from symoro_elastic.output_files import permission
-from symoro_elastic.sweeps import running
-from symoro_elastic.sweeps.digest import digest
-from symoro_elastic.sweeps.journal import kept
-from symoro_elastic.sweeps.points import Outcome
-from symoro_elastic.sweeps.running import Workplace
-from tests.sweeps.machines import SLIDE, squared, value
+from symoro_elastic.analysis.sweeps import running
+from symoro_elastic.analysis.sweeps.digest import digest
+from symoro_elastic.analysis.sweeps.running import open_journal
+from symoro_elastic.analysis.sweeps.tasks import Outcome
+from symoro_elastic.api.options import Sweeping
+from symoro_elastic.api.sweeps import plan
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import permission
+from tests.analysis.sweeps.machines import SLIDE, squared, value
 
 ODD = Outcome({"a": 0.1 + 0.2, "b": math.inf, "c": -math.inf, "d": math.nan, "e": 5e-324}, "")
 
 
 def test_numbers_are_read_back_to_the_last_bit(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
-    with kept(path, "digest", 2) as (before, record):
+    with open_journal(path, "digest", 2) as (before, record):
         record([(1, ODD), (0, Outcome({}, "none"))])
     assert before == {}
-    with kept(path, "digest", 2) as (found, _):
+    with open_journal(path, "digest", 2) as (found, _):
         assert np.array_equal(list(found[1].figures.values()), list(ODD.figures.values()), equal_nan=True)
         assert found[0] == Outcome({}, "none")
 
 
 def test_a_line_that_a_killed_run_left_unfinished_is_dropped(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
-    with kept(path, "digest", 3) as (_, record):
+    with open_journal(path, "digest", 3) as (_, record):
         record([(0, Outcome({"x": 1.0}))])
         record([(1, Outcome({"x": 2.0}))])
     whole = path.read_bytes()
     for length in range(whole.index(b"\n") + 1, len(whole)):
         path.write_bytes(whole[:length])
-        with kept(path, "digest", 3) as (found, record):
+        with open_journal(path, "digest", 3) as (found, record):
             assert set(found) == set(range(whole[:length].count(b"\n") - 1))
             record([(2, Outcome({"x": 3.0}))])
-        with kept(path, "digest", 3) as (found, _):
+        with open_journal(path, "digest", 3) as (found, _):
             assert found[2] == Outcome({"x": 3.0})
 
 
 def test_journals_of_other_sweeps_and_other_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
-    with kept(path, "digest", 1) as (_, record):
+    with open_journal(path, "digest", 1) as (_, record):
         record([(0, ODD)])
     content = path.read_bytes()
-    with pytest.raises(InputError, match="is of another sweep"), kept(path, "other", 1):
+    with pytest.raises(InputError, match="is of another sweep"), open_journal(path, "other", 1):
         pass
     assert path.read_bytes() == content
-    with permission(force=True), kept(path, "other", 1) as (found, _):
+    with permission(force=True), open_journal(path, "other", 1) as (found, _):
         assert found == {}
     path.write_text("mine")
-    with permission(force=True), pytest.raises(InputError, match="is no journal"), kept(path, "digest", 1):
+    with permission(force=True), pytest.raises(InputError, match="is not a journal"), open_journal(path, "digest", 1):
         pass
     assert path.read_text() == "mine"
 
 
 def test_two_runs_do_not_write_one_journal(tmp_path: Path) -> None:
     path = tmp_path / "a.journal"
-    with kept(path, "digest", 1), pytest.raises(InputError, match="by another run"), kept(path, "digest", 1):
+    with (
+        open_journal(path, "digest", 1),
+        pytest.raises(InputError, match="by another run"),
+        open_journal(path, "digest", 1),
+    ):
         pass
     assert not path.exists()
 
@@ -82,16 +86,16 @@ def test_a_changed_machine_or_sweep_is_another_one() -> None:
     stiffer = se.read({**SLIDE, "springs": {"load": {"stiffness": 1e5, "damping": 40.0}}})
     over = {"m": [1.0, 2.0]}
     plans = [
-        plan(machine, over, Subject()),
-        plan(stiffer, over, Subject()),
-        plan(machine, {"m": [1.0, 3.0]}, Subject()),
-        plan(machine, over, Subject("response")),
-        plan(machine, over, Subject(values={"load.stiffness": 1e5})),
-        plan(machine, over, Subject(squared)),
-        plan(machine, over, Subject(lambda machine: {"m": value(machine)})),
+        plan(machine, Sweeping(over=over)),
+        plan(stiffer, Sweeping(over=over)),
+        plan(machine, Sweeping(over={"m": [1.0, 3.0]})),
+        plan(machine, Sweeping(over=over, of="response")),
+        plan(machine, Sweeping(over=over, values={"load.stiffness": 1e5})),
+        plan(machine, Sweeping(over=over, of=squared)),
+        plan(machine, Sweeping(over=over, of=lambda machine: {"m": value(machine)})),
     ]
     assert len({one.digest for one in plans}) == len(plans)
-    assert plan(replace(machine, source="elsewhere.toml"), over, Subject()).digest == plans[0].digest
+    assert plan(replace(machine, source="elsewhere.toml"), Sweeping(over=over)).digest == plans[0].digest
 
 
 FACTOR, MADE = 2.0, np.array([1.0, 2.0])
@@ -151,7 +155,10 @@ def test_what_cannot_be_compared_has_no_journal(tmp_path: Path) -> None:
         return {"x": float(lock.locked())}
 
     path = tmp_path / "a.journal"
-    for given, said in ((function, "lock, which function uses, changed"), (partial(squared, lock), "the function or")):
+    for given, said in (
+        (function, "lock, which function uses, has changed"),
+        (partial(squared, lock), "the function or"),
+    ):
         with pytest.raises(InputError, match=f"whether {said}.*leave out the journal"):
             se.sweep(SLIDE, over={"m": [1.0]}, of=given, journal=path)
     assert not path.exists()
@@ -169,16 +176,16 @@ def test_what_cannot_be_compared_has_no_journal(tmp_path: Path) -> None:
 )
 def test_a_damaged_line_is_named(tmp_path: Path, line: bytes) -> None:
     path = tmp_path / "a.journal"
-    with kept(path, "digest", 3) as (_, record):
+    with open_journal(path, "digest", 3) as (_, record):
         record([(0, Outcome({"x": 1.0})), (1, Outcome({"x": 2.0}))])
     head, first, second = path.read_bytes().splitlines(keepends=True)
     damaged = head + first + line + b"\n" + second
     path.write_bytes(damaged)
     damage = pytest.raises(InputError, match=r"a.journal: journal: line 3 is damaged: delete")
-    with damage as error, kept(path, "digest", 3):
+    with damage as error, open_journal(path, "digest", 3):
         pass
     assert path.read_bytes() == damaged and "\n" not in str(error.value)
-    with permission(force=True), kept(path, "digest", 3) as (found, _):
+    with permission(force=True), open_journal(path, "digest", 3) as (found, _):
         assert found == {}
 
 
@@ -199,23 +206,23 @@ def test_an_interrupted_sweep_goes_on_where_it_was(tmp_path: Path) -> None:
         return {"squared": x**2, "inverse": 1 / (x - 2) if 2.0 not in before else 0.0}
 
     path = tmp_path / "a.journal"
-    planned, told = plan(se.read(SLIDE), {"m": [1, 2, 3, 4]}, Subject(function)), list[str]()
+    planned, told = plan(se.read(SLIDE), Sweeping(over={"m": [1, 2, 3, 4]}, of=function)), list[str]()
     with pytest.raises(KeyboardInterrupt):
-        planned.run(Workplace(), path)
-    found = planned.run(Workplace(), path, note=told.append)
+        planned.run(path)
+    found = planned.run(path, note=told.append)
     assert computed() == [1.0, 2.0, 3.0, 2.0, 3.0, 4.0]
-    assert told == ["1 of 4 points were computed before, and are kept"]
-    assert found.figures["squared"].tolist() == [1.0, 4.0, 9.0, 16.0] and found.failed == 0
+    assert told == ["1 of 4 points were computed before and are kept"]
+    assert found.figures["squared"].tolist() == [1.0, 4.0, 9.0, 16.0] and found.failures == 0
 
 
 def test_a_sweep_without_room_is_refused_with_the_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    planned = plan(se.read(SLIDE), {"m": "1:2:10000"}, Subject(squared))
+    planned = plan(se.read(SLIDE), Sweeping(over={"m": "1:2:10000"}, of=squared))
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=10**6))
     with pytest.raises(InputError, match=r"need 0.0012 GB, and 0.001 GB are free: give fewer points"):
-        planned.run(Workplace(), tmp_path / "a.journal")
+        planned.run(tmp_path / "a.journal")
     monkeypatch.setattr(running, "MOST_HELD", 10**4)
     with pytest.raises(
-        InputError, match=r"1 figures and 1 axes at 10000 points make 2e\+04 numbers, 1e\+04 are the most"
+        InputError, match=r"1 results and 1 axes at 10000 points make 2e\+04 numbers, 1e\+04 is the limit"
     ):
-        planned.run(Workplace(), None)
+        planned.run()
     assert list(tmp_path.iterdir()) == []

@@ -12,19 +12,20 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.api.sweeps import Subject, plan
-from symoro_elastic.machine.formats import write_machine
-from symoro_elastic.sweeps import processes
-from symoro_elastic.sweeps.points import Task
-from symoro_elastic.sweeps.processes import Processes
-from tests.sweeps.machines import SLIDE, squared
+from symoro_elastic.analysis.sweeps import processes
+from symoro_elastic.analysis.sweeps.processes import Processes
+from symoro_elastic.analysis.sweeps.tasks import Task
+from symoro_elastic.api.options import Sweeping
+from symoro_elastic.api.sweeps import plan
+from symoro_elastic.formats import write_machine
+from tests.analysis.sweeps.machines import SLIDE, squared
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DYING = """
 from pathlib import Path
 import symoro_elastic as se
-from symoro_elastic.sweeps.files import save
-from tests.sweeps.machines import SLIDE, squared_unless_killed
+from symoro_elastic.analysis.sweeps.sweep import save
+from tests.analysis.sweeps.machines import SLIDE, squared_unless_killed
 found = se.sweep(SLIDE, over={"m": "1:30:30"}, of=squared_unless_killed, workers=2, journal="journal")
 save(found, "found.npz")
 print(*found.reasons, sep="|")
@@ -77,7 +78,7 @@ def test_processes_that_begin_anew_compute_the_same(monkeypatch: pytest.MonkeyPa
     """They do where other threads run, which a copy of this process would not have."""
     monkeypatch.setattr(processes.threading, "active_count", lambda: 2)
     assert processes._context().get_start_method() == "spawn"
-    planned = plan(se.read(SLIDE), {"m": "1:2:3"}, Subject(squared))
+    planned = plan(se.read(SLIDE), Sweeping(over={"m": "1:2:3"}, of=squared))
     rows = list(enumerate(planned.design.points.tolist()))
-    found = [pair for some in Processes(Task(planned.swept, planned.quantities), 1).computed(rows) for pair in some]
+    found = [pair for some in Processes(Task(planned.swept, planned.quantities), 1).outcomes(rows) for pair in some]
     assert {k: one.figures for k, one in found} == {0: {"squared": 1.0}, 1: {"squared": 2.25}, 2: {"squared": 4.0}}

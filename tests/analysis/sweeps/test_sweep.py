@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.errors import InputError
-from symoro_elastic.sweeps.axes import axis
-from symoro_elastic.sweeps.design import design
-from symoro_elastic.sweeps.influence import local_slopes
-from tests.model_ladder.scenes import two_axis
-from tests.sweeps.machines import DAMPING, MASS, SLIDE, STIFFNESS, hertz, squared, value
+from symoro_elastic.analysis.sweeps.design import design
+from symoro_elastic.analysis.sweeps.ranges import axis
+from symoro_elastic.analysis.sweeps.sweep import local_slopes
+from symoro_elastic.foundation.errors import InputError
+from tests.analysis.ladder.scenes import two_axis
+from tests.analysis.sweeps.machines import DAMPING, MASS, SLIDE, STIFFNESS, hertz, squared, value
 
 
 def test_frequencies_are_those_of_the_closed_form() -> None:
@@ -73,7 +73,7 @@ def test_a_response_has_the_peak_of_the_closed_form() -> None:
 
 def test_points_that_fail_have_a_reason_and_the_sweep_goes_on() -> None:
     found = se.sweep(SLIDE, over={"m": [0.25, 0.5, 2.0]}, of=lambda machine: {"inverse": 1 / (value(machine) - 0.5)})
-    assert found.reasons[1] == "ZeroDivisionError: float division by zero" and found.failed == 1
+    assert found.reasons[1] == "ZeroDivisionError: float division by zero" and found.failures == 1
     assert np.isnan(found.figures["inverse"][1]) and found.figures["inverse"][2] == 1 / 1.5
     negative = se.sweep(SLIDE, over={"load.k": [-1.0, 1e4]}, hold=["all"])
     assert negative.reasons == ("load.k = -1 is negative", "")
@@ -109,8 +109,8 @@ def test_a_negative_value_is_refused_by_all_that_take_values() -> None:
     ("function", "said"),
     [
         (lambda machine: [1.0], "the function returns list"),
-        (lambda machine: {"a": "b"}, "is no number by name"),
-        (lambda machine: {}, "no figure has a value"),
+        (lambda machine: {"a": "b"}, "is not a number by name"),
+        (lambda machine: {}, "no result has a value"),
         (lambda machine: {"m": 1.0}, "'m' is a column already"),
     ],
 )
@@ -123,7 +123,7 @@ def test_functions_return_numbers_by_name(function: object, said: str) -> None:
     ("arguments", "said"),
     [
         ({"over": {"load.stifness": [1]}}, "did you mean 'load.stiffness'?"),
-        ({"over": {"load.gamma": [1]}}, "are the structure of a machine"),
+        ({"over": {"load.gamma": [1]}}, "are part of the structure of a machine"),
         ({"over": {"load.k": [1], "load.stiffness": [2]}}, "are the same quantity"),
         ({"over": {"drive": [1], "q.drive": [2]}}, "are the same quantity"),
         ({"over": {"load": [0.0]}}, "load is not held"),
@@ -133,21 +133,24 @@ def test_functions_return_numbers_by_name(function: object, said: str) -> None:
         ({"over": {"m": [1]}, "of": "simulation"}, "motion"),
         ({"over": {"m": [1]}, "hold": ["nope"]}, "no joint 'nope' moves"),
         ({"over": {"drive": [1]}, "of": squared}, "give it a second argument"),
-        ({"over": {"m": [1]}, "figures": ["frequncy_1"]}, "did you mean 'frequency_1'?"),
+        ({"over": {"m": [1]}, "results": ["frequncy_1"]}, "did you mean 'frequency_1'?"),
         ({"over": {"m": [1]}, "workers": -2}, "workers: -2"),
         ({"over": {"m": [1]}, "workers": 2, "scheduler": "tcp://a:1"}, "leave out workers or scheduler"),
         ({"over": "m"}, "over: 'm' gives no values by name"),
         ({"over": {3: [1, 2]}}, "gives no values by name"),
-        ({"over": {"m": [1]}, "of": "response", "damping": math.nan}, "damping: nan is no damping ratio"),
-        ({"over": {"m": [1]}, "of": "response", "frequencies": [math.nan]}, "frequencies: nan is no frequency"),
-        ({"over": {"m": [1]}, "of": "response", "frequencies": [-3]}, "frequencies: -3 is no frequency: give numbers"),
+        ({"over": {"m": [1]}, "of": "response", "damping": math.nan}, "damping: nan is not a damping ratio"),
+        ({"over": {"m": [1]}, "of": "response", "frequencies": [math.nan]}, "frequencies: nan is not a frequency"),
+        (
+            {"over": {"m": [1]}, "of": "response", "frequencies": [-3]},
+            "frequencies: -3 is not a frequency: give numbers",
+        ),
         ({"over": {"m": [1]}, "of": "response", "frequencies": [3, 3.0]}, "frequencies: 3 Hz is given twice"),
         ({"over": {"m": [1]}, "at": {"nope": 1.0}}, "at: no joint 'nope' moves"),
         ({"over": {"m": [1]}, "at": {"drive": math.inf}}, "at: drive=inf is out of range"),
-        ({"over": {"m": [1]}, "values": {"m": 3.0}}, "values: m is swept: leave it out of one of both"),
+        ({"over": {"m": [1]}, "values": {"m": 3.0}}, "values: m is swept: remove one of the two"),
         ({"over": {"load.k": [1]}, "values": {"load.stiffness": 3.0}}, "values: load.stiffness is swept"),
-        ({"over": {"q.drive": [1]}, "at": {"x": 3.0}}, "at: x is swept: leave it out of one of both"),
-        ({"over": {"load.k": [-1.0]}}, "the point without result; the first: load.k = -1 is negative"),
+        ({"over": {"q.drive": [1]}, "at": {"x": 3.0}}, "at: x is swept: remove one of the two"),
+        ({"over": {"load.k": [-1.0]}}, "the point without a result; the first: load.k = -1 is negative"),
     ],
 )
 def test_what_cannot_be_swept_is_refused(arguments: dict[str, object], said: str) -> None:
@@ -162,13 +165,13 @@ def test_slopes_of_a_grid_and_ranks_of_a_sample() -> None:
     A position that is 0 somewhere has no per cent, nor has a quantity of one value.
     """
     over: dict[str, Any] = {"m": "1:9:3", "load.k": "1e4:1e6:4,log", "drive": [0.0, 1.0], "load.damping": [40.0]}
-    grid = se.sweep(SLIDE, over=over, hold=["all"], figures=["frequency_1"]).influence
+    grid = se.sweep(SLIDE, over=over, hold=["all"], results=["frequency_1"]).influence
     assert grid.slopes is not None
     assert grid.slopes[0, :2] == pytest.approx([-0.5, 0.5], abs=1e-12)
     assert np.isnan(grid.slopes[0, 2:]).all()
     assert np.sign(grid.values[0, :3]).tolist() == [-1.0, 1.0, 0.0]
     over = {"m": "normal:2:0.001", "load.k": "lognormal:8e4:0.1", "drive": "0:1"}
-    sample = se.sweep(SLIDE, over=over, samples=60, hold=["all"], figures=["frequency_1"]).influence
+    sample = se.sweep(SLIDE, over=over, samples=60, hold=["all"], results=["frequency_1"]).influence
     assert sample.slopes is None and sample.values[0, 1] > 0.99
     assert sample.strongest()[0] == 1 and abs(sample.values[0, [0, 2]]).max() < 0.4
 

@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.time_series import reading
-from symoro_elastic.time_series.reading import read_arrays
+from symoro_elastic.analysis.time_series import reading
+from symoro_elastic.analysis.time_series.reading import read_arrays
+from symoro_elastic.foundation.errors import InputError
 
 t = np.arange(60) / 10
 FOREIGN = ("numpy.ndarray", "pickle", "allow_pickle", "Traceback", "zlib", "zipfile")
@@ -71,16 +71,16 @@ HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     "long.npz": (lambda: claimed("(1,)", content=b"0" * 50), "t: holds more numbers"),
     "code.npz": (lambda: claimed("__import__('os').abort()"), "cannot be read as arrays of numbers"),
     "version.npz": (lambda: claimed("(1,)", version=b"\x07\x00"), "cannot be read as arrays of numbers"),
-    "many.npz": (lambda: npz(**{f"a{k}": 1.0 for k in range(1001)}), "1001 arrays, 1000 are the most"),
+    "many.npz": (lambda: npz(**{f"a{k}": 1.0 for k in range(1001)}), "1001 arrays, 1000 is the limit"),
     "semicolons.csv": (lambda: b"t;q_a;tau_a\n0;1;2\n", "line 1: columns are separated by semicolons"),
     "tabs.csv": (lambda: b"t\tq_a\n0\t1\n", "line 1: columns are separated by tabs"),
     "latin.csv": (lambda: "t,é\n0,1\n".encode("latin-1"), "UTF-8"),
     "nul.csv": (lambda: b"t,q\n0,\x001\n", "q: line 2"),
     "endless.csv": (lambda: b"t," + b"a" * 300_000, "line 1: is longer than 100000 characters"),
-    "wide.csv": (lambda: ",".join(f"a{k}" for k in range(1001)).encode(), "1001 columns, 1000 are the most"),
-    "underscore.csv": (lambda: b"t\n1_000\n", "'1_000' is no number"),
-    "arabic.csv": ("t\n\u0661\n".encode, "is no number"),
-    "complex.csv": (lambda: b"t\n1j\n", "'1j' is no number"),
+    "wide.csv": (lambda: ",".join(f"a{k}" for k in range(1001)).encode(), "1001 columns, 1000 is the limit"),
+    "underscore.csv": (lambda: b"t\n1_000\n", "'1_000' is not a number"),
+    "arabic.csv": ("t\n\u0661\n".encode, "is not a number"),
+    "complex.csv": (lambda: b"t\n1j\n", "'1j' is not a number"),
 }
 
 
@@ -116,9 +116,9 @@ def test_the_numbers_of_all_arrays_count(tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_folders_and_devices_are_no_files(tmp_path: Path) -> None:
     (tmp_path / "folder.csv").mkdir()
-    assert "is no file" in line_of(tmp_path / "folder.csv")
+    assert "is not a file" in line_of(tmp_path / "folder.csv")
     (tmp_path / "zero.csv").symlink_to("/dev/zero")
-    assert "is no file" in line_of(tmp_path / "zero.csv")
+    assert "is not a file" in line_of(tmp_path / "zero.csv")
 
 
 EDITS = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 10**6), st.integers(0, 255)), min_size=1, max_size=6)

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.time_series.columns import read_columns
-from symoro_elastic.time_series.writing import columns_of, refuse_file, write_columns
-from tests.vibration.machines import drive
+from symoro_elastic.analysis.time_series.named_columns import read_columns
+from symoro_elastic.analysis.time_series.writing import columns_of, refuse_file, write_columns
+from symoro_elastic.foundation.errors import InputError
+from tests.analysis.vibration.machines import drive
 
 T = np.array([0.0, 1 / 3, 2 / 3])
 BLOCKS = (("q", np.array([[0.1, -0.0], [1e-17, 2.0], [3.0, 1 / 7]]), ["motor", "load"]),)

@@ -20,34 +20,40 @@ from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
+from symoro_elastic.analysis.trade_off import compilation, drift
+from symoro_elastic.analysis.trade_off import formulations as formulations_of_trade
+from symoro_elastic.analysis.trade_off import trade as trade_module
+from symoro_elastic.analysis.trade_off.advice import sentence
+from symoro_elastic.analysis.trade_off.builds import FAST_MATH, NATIVE, PLAIN, WITH_LIBM, Build, flag_sets
+from symoro_elastic.analysis.trade_off.configurations import (
+    BATCH,
+    MATTERS,
+    SINGLE_CALL,
+    Configuration,
+    Measurement,
+    front,
+)
+from symoro_elastic.analysis.trade_off.drift import drifts
+from symoro_elastic.analysis.trade_off.factors import effects
+from symoro_elastic.analysis.trade_off.formulations import Formulation, formulations
+from symoro_elastic.analysis.trade_off.timing import Run, Time, time_runs
+from symoro_elastic.analysis.trade_off.trade import Request, Trade, trade
 from symoro_elastic.cli import cli
 from symoro_elastic.codegen.compile import CompilationFailed, compile_library
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
 from symoro_elastic.codegen.targets.c import render_c
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.accuracy import Errors, rounded, rounded_values
-from symoro_elastic.numerics.arrays import evaluated
-from symoro_elastic.numerics.states import moderate_states
+from symoro_elastic.numerics.arrays import evaluate_arrays
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.output_files import permission
-from symoro_elastic.trade_off import drift, running
-from symoro_elastic.trade_off import formulations as formulations_of_trade
-from symoro_elastic.trade_off import trade as trade_module
-from symoro_elastic.trade_off.advice import advice, sentence
-from symoro_elastic.trade_off.builds import FAST_MATH, NATIVE, PLAIN, WITH_LIBM, Build, flag_sets
-from symoro_elastic.trade_off.configurations import BATCH, SINGLE_CALL, Configuration, Measurement
-from symoro_elastic.trade_off.drift import drifts
-from symoro_elastic.trade_off.factors import effects
-from symoro_elastic.trade_off.formulations import Formulation, formulations
-from symoro_elastic.trade_off.front import MATTERS, front
-from symoro_elastic.trade_off.timing import Run, Time, timed
-from symoro_elastic.trade_off.trade import Request, Trade, trade
+from symoro_elastic.numerics.verification.accuracy import Errors, round_states, rounded_values
+from symoro_elastic.numerics.verification.states import moderate_states
 from tests.closed_chains.machines import without_closed_form
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 TWO_R = EXAMPLES / "planar_2r.toml"
 SINGLE_U = 2.0**-SINGLE.bits
 ASKED = ["--base", "--fold", "all", "--model", "direct_dynamics"]
@@ -66,7 +72,7 @@ def form(two_r: Machine) -> Formulation:
 @pytest.fixture(scope="module")
 def printed() -> Iterator[dict[str, Any]]:
     """Figures of a quick trade; no build is left out, however busy the machine is."""
-    options = ["--quick", "--states", "400", "--rounds", "1", "--tolerance", "1e-10", "--json"]
+    options = ["--effort", "quick", "--states", "400", "--rounds", "1", "--tolerance", "1e-10", "--json"]
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(trade_module, "PATIENCE", math.inf)
         result = CliRunner().invoke(cli, ["trade", str(TWO_R), *ASKED, *options], catch_exceptions=False)
@@ -111,8 +117,8 @@ def test_the_fastest_within_the_tolerance_is_advised(two_r: Machine, form: Formu
     slow, fast = figures(form, 20, 1e-16), figures(form, 5, 1e-7, precision=SINGLE)
     one_by_one = figures(form, 70, 1e-16, call=SINGLE_CALL)
     known = found(two_r, slow, fast, one_by_one)
-    assert advice(known, 1e-6).fastest == (fast,)
-    strict = advice(known, 1e-9)
+    assert known.advice(1e-6).fastest == (fast,)
+    strict = known.advice(1e-9)
     assert strict.fastest == (slow,) and strict.one_state == (one_by_one,)
     said = sentence(strict)
     assert said.count(".\n") == 0 and said.endswith(".") and "20 ns" in said and "70 ns" in said
@@ -121,8 +127,8 @@ def test_the_fastest_within_the_tolerance_is_advised(two_r: Machine, form: Formu
 def test_what_is_advised_holds_at_states_that_were_not_tried(two_r: Machine, form: Formulation) -> None:
     lucky, sure = figures(form, 5, 1e-7, precision=SINGLE, bound=1e-4), figures(form, 20, 1e-16, bound=1e-14)
     known = found(two_r, lucky, sure)
-    assert advice(known, 1e-6).fastest == (sure,) and advice(known, 1e-3).fastest == (lucky,)
-    said = sentence(advice(known, 1e-3))
+    assert known.advice(1e-6).fastest == (sure,) and known.advice(1e-3).fastest == (lucky,)
+    said = sentence(known.advice(1e-3))
     assert said.startswith(
         "Within a relative error of 1.0e-03, with 95% confidence at 100000 states that were not tried, inputs in double"
     )
@@ -138,16 +144,18 @@ def test_rounding_of_inputs_counts(two_r: Machine) -> None:
     single = next(one for one in known if one.configuration.precision is SINGLE)
     values, states = parameter_values(two_r), moderate_states(two_r, 400, values=parameter_values(two_r))
     traced = single.configuration.form.traced["inverse_dynamics"]
-    rounded_inputs = evaluated(traced, rounded(states, SINGLE), rounded_values(values, SINGLE), np.float64)["tau"]
-    exact = evaluated(traced, states, values, np.float64)["tau"]
+    rounded_inputs = evaluate_arrays(traced, round_states(states, SINGLE), rounded_values(values, SINGLE), np.float64)[
+        "tau"
+    ]
+    exact = evaluate_arrays(traced, states, values, np.float64)["tau"]
     error = np.abs(rounded_inputs - exact).max(axis=1) / np.abs(exact).max(axis=1)
     assert single.error > 0.5 * error.max() > SINGLE_U
 
 
 def test_fast_math_is_advised_only_where_it_is_allowed(two_r: Machine, form: Formulation) -> None:
     known = found(two_r, figures(form, 20, 1e-16), figures(form, 1, 2e-16, (*NATIVE, FAST_MATH)))
-    assert advice(known, 1e-12).fastest[0].ns == 20
-    assert advice(known, 1e-12, with_fast_math=True).fastest[0].ns == 1
+    assert known.advice(1e-12).fastest[0].ns == 20
+    assert known.advice(1e-12, fast_math=True).fastest[0].ns == 1
     assert [one.ns for one in front(known.measurements["inverse_dynamics"])] == [20]
 
 
@@ -156,14 +164,14 @@ def test_a_tolerance_that_no_point_reaches_names_the_nearest(two_r: Machine, for
     with pytest.raises(
         InputError, match=r"within .* 1\.0e-20, .*: nearest is 3\.0e-16, with recursion; double; gcc O3"
     ):
-        advice(known, 1e-20)
+        known.advice(1e-20)
 
 
 def test_no_bound_is_told_from_too_few_states(two_r: Machine, form: Formulation) -> None:
     point = figures(form, 20, 3e-16)
     known = found(two_r, replace(point, errors=replace(point.errors, unseen=math.inf)))
-    with pytest.raises(InputError, match=r"nearest is without bound \(measure at more --states\), with recursion"):
-        advice(known, 1e-3)
+    with pytest.raises(InputError, match=r"nearest is without a bound \(measure at more --states\), with recursion"):
+        known.advice(1e-3)
 
 
 def test_a_choice_is_told_from_points_that_differ_in_nothing_else(form: Formulation) -> None:
@@ -180,7 +188,7 @@ def test_a_choice_is_told_from_points_that_differ_in_nothing_else(form: Formulat
 
 
 def test_a_choice_is_told_only_where_all_other_factors_agree(form: Formulation) -> None:
-    """Fast-math with libm against fast-math without is no effect of libm; compilers compare at equal flags."""
+    """Fast-math with libm against fast-math without is not an effect of libm; compilers compare at equal flags."""
     gcc, fast_libm, fast = (
         measured(form, flags) for flags in (NATIVE, (*NATIVE, FAST_MATH, WITH_LIBM), (*NATIVE, FAST_MATH))
     )
@@ -200,7 +208,7 @@ def test_times_are_of_one_state_and_every_run_has_its_turn() -> None:
     turns: list[str] = []
     runs = [Run(lambda times, name=name: turns.extend([name] * times), 10) for name in ("a", "b")]  # type: ignore[misc]
     runs.append(Run(lambda times: [sum(range(20_000)) for _ in range(times)] and None, 2))
-    found = timed(runs, rounds=3)
+    found = time_runs(runs, rounds=3)
     assert all(0 < time.best <= time.median for time in found)
     changes = sum(one != other for one, other in pairwise(turns))
     assert changes >= 6, "a and b take turns, round by round"
@@ -291,7 +299,7 @@ def test_every_form_is_found_and_gives_the_same_results(two_r: Machine) -> None:
     assert notes == [] and recursions == {(False, False), (False, True), (True, False), (True, True)}
     assert {one.way for one in written} == {"recursion", "A^-1"}
     states = moderate_states(two_r, 5, values=values)
-    qdd = [evaluated(one.traced["direct_dynamics"], states, one.values, np.float64)["qdd"] for one in written]
+    qdd = [evaluate_arrays(one.traced["direct_dynamics"], states, one.values, np.float64)["qdd"] for one in written]
     for other in qdd[1:]:
         assert np.allclose(other, qdd[0], rtol=1e-11)
 
@@ -301,7 +309,7 @@ def test_without_a_compiler_there_is_numpy(two_r: Machine, monkeypatch: pytest.M
     known = trade(two_r, Scene(models=("direct_dynamics",)), Request("quick", states=400, rounds=1))
     assert known.drifts == [] and any("no-such-compiler" in note for note in known.notes)
     assert {one.configuration.build for one in known.measurements["direct_dynamics"]} == {None}
-    assert advice(known, 1e-9).fastest[0].configuration.made_by == "numpy"
+    assert known.advice(1e-9).fastest[0].configuration.made_by == "numpy"
 
 
 def test_a_flag_that_the_compiler_lacks_is_noted(tmp_path: Path) -> None:
@@ -319,15 +327,16 @@ def test_a_build_that_fails_is_noted(
     def fails(*_: object) -> Path:
         raise CompilationFailed("gcc: killed")
 
-    monkeypatch.setattr(running, "compile_library", fails)
+    monkeypatch.setattr(compilation, "compile_library", fails)
     jobs = [(form, Build(("gcc",), PLAIN, DOUBLE))]
     states = moderate_states(two_r, 3)
-    made, notes = running.compiled_configurations(jobs, states, tmp_path, 60.0, lambda _done, _total: None)
+    made, notes = compilation.compiled_configurations(jobs, states, tmp_path, 60.0, lambda _done, _total: None)
     assert made == [] and notes == ["gcc O2, double: left out, gcc: killed"]
-    made, notes = running.compiled_configurations(jobs, states, tmp_path, -1.0, lambda _done, _total: None)
+    made, notes = compilation.compiled_configurations(jobs, states, tmp_path, -1.0, lambda _done, _total: None)
     assert made == [] and "1 of 1 builds left out" in notes[0]
 
 
+@pytest.mark.thorough
 def test_a_machine_on_a_floating_base() -> None:
     """Errors are those of both models, the base's acceleration included; what is not offered is said."""
     machine, _ = read_machine(EXAMPLES / "floating_arm.toml")
@@ -347,13 +356,13 @@ def test_a_model_that_is_too_large_is_refused(two_r: Machine, monkeypatch: pytes
 
 @pytest.mark.parametrize("model", ["inverse_geometric_model", "base_parameters"])
 def test_what_is_no_function_of_a_state_is_refused(two_r: Machine, model: str) -> None:
-    with pytest.raises(InputError, match=f"{model}: it is no function of a state"):
+    with pytest.raises(InputError, match=f"{model}: it is not a function of a state"):
         trade(two_r, Scene(models=(model,)))
 
 
 def test_a_tolerance_out_of_reach_ends_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
-    options = ["--quick", "--states", "4", "--rounds", "1", "--tolerance", "1e-30", "--model", "inertia_matrix"]
+    options = ["--effort=quick", "--states", "4", "--rounds", "1", "--tolerance", "1e-30", "--model", "inertia_matrix"]
     result = CliRunner().invoke(cli, ["trade", str(TWO_R), *options])
     assert isinstance(result.exception, InputError) and "nearest is" in str(result.exception)
     assert "ns a state" in result.stdout, "the front is shown all the same"
@@ -361,36 +370,32 @@ def test_a_tolerance_out_of_reach_ends_the_command(monkeypatch: pytest.MonkeyPat
 
 def test_the_picture(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    from symoro_elastic.trade_off.plots import plot
-
     points = [
         figures(form, 20, 1e-16),
         figures(form, 5, 1e-7, precision=SINGLE),
         figures(form, 4, 1.0, (*NATIVE, FAST_MATH)),
     ]
     known = found(two_r, *points, replace(points[0], errors=replace(points[0].errors, worst=math.inf)))
-    (path,) = plot(known, tmp_path, "svg")
+    (path,) = known.plot().save(tmp_path, "svg")
     first = path.read_bytes()
-    assert plot(known, tmp_path)[0].name == "inverse_dynamics.png", "as all commands draw"
+    assert known.plot().save(tmp_path)[0].name == "inverse_dynamics.png", "as all commands draw"
     assert path.name == "inverse_dynamics.svg" and b"<svg" in first
     with permission(force=True):
-        assert plot(known, tmp_path, "svg")[0].read_bytes() == first
+        assert known.plot().save(tmp_path, "svg")[0].read_bytes() == first
 
 
 def test_errors_that_are_all_zero_are_drawn(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
     """On a logarithmic scale, which matplotlib warns about where nothing is positive."""
     pytest.importorskip("matplotlib")
-    from symoro_elastic.trade_off.plots import plot
-
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        plot(found(two_r, figures(form, 20, 0.0)), tmp_path)
+        found(two_r, figures(form, 20, 0.0)).plot().save(tmp_path)
 
 
 def test_static_springs_and_steps_of_a_scene_are_no_models_to_time() -> None:
     """Both add functions to generated code."""
     machine = read_machine(EXAMPLES / "all_keys.toml")[0]
-    assert machine.scene and machine.scene.static
-    scene = replace(machine.scene, steps=("rk4",))
+    assert machine.asked.scene and machine.asked.scene.static
+    scene = replace(machine.asked.scene, steps=("rk4",))
     found, _ = formulations_of_trade.formulations(machine, scene, parameter_values(machine))
     assert {tuple(one.traced) for one in found} == {("inverse_dynamics", "jacobian")}

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import Modes, modes
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Parameter, Spring
-from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.linearization import Linearization, linearize, motion_of, with_motors
-from symoro_elastic.vibration.modes import Modes, modes
+from symoro_elastic.numerics.motion.equations_of_motion import motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from tests.compiled_models import cell, vector
 
 ZERO = Formula.parse(0)

@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import equilibrium
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from tests.analysis.ladder.scenes import two_axis
 from tests.closed_chains.machines import machine
-from tests.model_ladder.scenes import two_axis
+
+pytestmark = pytest.mark.sampled(4)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("described", [two_axis, partial(machine, "ring")], ids=["springs", "assembled loops"])
 def test_they_are_those_of_a_machine_traced_anew(described: Callable[[], Machine]) -> None:
     """To the last bit, wherever the equations were used before: also joints of loops that are assembled."""
@@ -31,5 +34,7 @@ def test_they_are_those_of_a_machine_traced_anew(described: Callable[[], Machine
         np.array(motion.matrices("MDK", s.q, s.qd, s.qdd)) for motion, s in zip((shared, anew), states, strict=True)
     )
     assert (found == expected).all()
-    assert (shared.jacobians(shared.seen[0], states[0])[0] == anew.jacobians(anew.seen[0], states[1])[0]).all()
+    assert (
+        shared.jacobians(shared.frame_motions[0], states[0])[0] == anew.jacobians(anew.frame_motions[0], states[1])[0]
+    ).all()
     assert base.parameters == EquationsOfMotion(given).parameters

@@ -9,27 +9,28 @@ import numpy as np
 import pytest
 from mpmath import mpf
 
-from symoro_elastic.array_types import AnyArray
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.analysis.vibration.comparison import Compared, compare, rigid_limit
+from symoro_elastic.analysis.vibration.energies import kinetic_shares, strain_shares
+from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import Modes, modes, sensitivity
+from symoro_elastic.analysis.vibration.responses import frequency_response
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.array_types import AnyArray
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Friction, Kind, Machine, Parameter, Spring, Wrench
 from symoro_elastic.machine.reduced import rigid
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.assembled_states import start_of
 from symoro_elastic.numerics.independent_joints import with_independent_motors
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equilibrium import equilibrium, given_state
+from symoro_elastic.numerics.verification.assembled_states import start_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
-from symoro_elastic.vibration.comparison import Compared, compare, rigid_limit
-from symoro_elastic.vibration.energies import kinetic_shares, strain_shares
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import equilibrium, given_state
-from symoro_elastic.vibration.linearization import Linearization, linearize, with_motors
-from symoro_elastic.vibration.modes import Modes, modes
-from symoro_elastic.vibration.responses import frequency_response
-from symoro_elastic.vibration.sensitivity import sensitivity
 from tests.closed_chains.machines import WITH_RESULTS, data, machine, situations, without_closed_form
 from tests.references.closed_chains import Chain, State, in_many_digits
 from tests.references.virtual_work import VirtualWork, small_motions
+
+pytestmark = pytest.mark.sampled(5)
 
 GEARED_PENDULUM = """
 name = "geared_pendulum"
@@ -173,6 +174,7 @@ def test_about_a_motion_against_many_digits(name: str) -> None:
         np.testing.assert_allclose(ours, wanted, rtol=0, atol=1e-13 * np.abs(wanted).max(initial=1e-12))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("given", [without_closed_form(), machine("gantry")], ids=["assembled", "gantry"])
 def test_compared_torques_obey_the_virtual_work(given: Machine) -> None:
     """Where loops are assembled along the motion; where two motors move as one in the rigid limit."""
@@ -181,13 +183,13 @@ def test_compared_torques_obey_the_virtual_work(given: Machine) -> None:
     found = compare(described, stroke=0.1, duration=0.5)
     tau = [loss for loss in found.losses if loss.quantity is Compared.TORQUE]
     whole, sample = with_independent_motors(described), 180
-    variables = [str(joint.variable) for joint in whole.moving_joints]
+    variables = [str(joint.variable) for joint in whole.independent_joints]
     for model, by_model in ((whole, "by_full"), (rigid_limit(whole), "by_rigid")):
         at = [
             dict(zip(variables, x[sample].tolist(), strict=True))
-            for x in (found.course.q, found.course.qd, found.course.qdd)
+            for x in (found.trajectory.q, found.trajectory.qd, found.trajectory.qdd)
         ]
-        names = [str(joint.variable) for joint in model.moving_joints]
+        names = [str(joint.variable) for joint in model.independent_joints]
         q, qd, qdd = ([x[variable] for variable in names] for x in at)
         torques = [float(getattr(loss, by_model)[sample]) for loss in tau]
         left = VirtualWork(model, State(q, qd, _start(model))).residual(qdd, torques).astype(float)
@@ -202,7 +204,9 @@ def test_no_rigid_limit_is_said_by_the_joint() -> None:
     spring = Spring(Formula.parse(50))
     joints = [replace(x, kind=Kind.ELASTIC, spring=spring) if x.name == "coupler" else x for x in described.joints]
     sprung = replace(described, joints=tuple(joints), loops=(replace(described.loops[0], dependent=dependent),))
-    with pytest.raises(InputError, match="joint crank: springs alone let its motor move, so the rigid limit stands"):
+    with pytest.raises(
+        InputError, match="joint crank: only springs let its motor move, so the rigid limit cannot move"
+    ):
         compare(sprung)
     both = [replace(x, kind=Kind.ELASTIC, spring=spring) if x.name in dependent else x for x in described.joints]
     with pytest.raises(InputError, match="joint rocker: in the rigid limit it would be locked, and nothing else in"):
@@ -309,7 +313,7 @@ def test_motors_on_dependent_joints_become_independent(name: str, motors: list[s
     assert {described.joint(j).name for j in described.motors if j in described.dependent} == {*motors}
     found = vibrations(described, held=False)
     assert found.linear.held == () and {*motors} <= {*found.linear.coordinates}
-    motion, state, n = found.linear.motion, found.linear.state, len(described.moving)
+    motion, state, n = found.linear.motion, found.linear.state, len(described.independent)
     at = VirtualWork(motion.machine, State(state.q.tolist(), [0.0] * n, _start(described))).at
     symbols = {p.name: p.value.value() for p in described.parameters if p.value}
     symbols |= {variable: float(x) for variable, x in at.items()}
@@ -338,7 +342,7 @@ def test_motors_that_move_each_other_are_free_together_only() -> None:
     with pytest.raises(InputError, match="--torque: motor_1, motor_2, rod_1 move each other, so none is free by it"):
         equilibrium(motion, torques={"motor_1": 1.0})
     linear = linearize(motion, equilibrium(motion))
-    with pytest.raises(InputError, match="--hold: rod_1 alone would leave a motion of motor_1, motor_2 together"):
+    with pytest.raises(InputError, match="--hold: rod_1 alone would leave motor_1, motor_2 free to move together"):
         with_motors(linear, ["rod_1"])
     assert with_motors(linear, ["motor_1", "rod_1"]).held == tuple(motion.motor_names)
 

@@ -9,20 +9,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.time_series.named_columns import read_columns
+from symoro_elastic.analysis.vibration.driven_joints import of_motors, with_motors_on_load_joints
+from symoro_elastic.analysis.vibration.feed_forward import FeedForward, feed_forward, orders, save_feed_forward, starts
+from symoro_elastic.analysis.vibration.plots import following
+from symoro_elastic.analysis.vibration.reference_trajectory import move
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.numerics.assembled_states import start_of
-from symoro_elastic.time_series.columns import read_columns
-from symoro_elastic.vibration.driven_joints import followed, of_motors
-from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, figures, orders, save_feed_forward, starts
-from symoro_elastic.vibration.plots import following
-from symoro_elastic.vibration.reference_trajectory import move
+from symoro_elastic.numerics.verification.assembled_states import start_of
 from tests.closed_chains.machines import machine as closed_chain
 from tests.codegen.test_time_steps import driven_at
 from tests.references.closed_chains import State
 from tests.references.constraint_multipliers import Multipliers
+
+pytestmark = pytest.mark.sampled(4)
 
 STROKES = {"along_x": 0.04, "along_y": -0.03, "platform": 0.05}
 PLACES = (30, 75)
@@ -40,7 +42,7 @@ def delta() -> Machine:
 
 def found(machine: Machine, strokes: dict[str, float], duration: float = 0.1) -> FeedForward:
     degree = max(orders(machine).values()) + 2
-    return feed_forward(machine, move(followed(machine), starts(machine), strokes, duration, degree))
+    return feed_forward(machine, move(with_motors_on_load_joints(machine), starts(machine), strokes, duration, degree))
 
 
 @cache
@@ -55,7 +57,7 @@ def multipliers(of: FeedForward, k: int) -> Multipliers:
 def accelerations(of: FeedForward, k: int) -> dict[str, float]:
     """Of all own variables under the torques, by joint."""
     at = multipliers(of, k)
-    names = [of.machine.joint(j).name for j in of.machine.owners]
+    names = [of.machine.joint(j).name for j in of.machine.with_variable]
     return dict(zip(names, at.direct(list(of.tau[k])).astype(float).tolist(), strict=True))
 
 
@@ -84,12 +86,12 @@ def test_torques_of_more_motors_than_freedoms_are_shared() -> None:
     of, k = found(closed_chain("gantry_rigid"), strokes), PLACES[0]
     wanted, _ = multipliers(of, k).inverse([of.reference.y.get(x, np.zeros((3, 99)))[2, k] for x in _motors(of)])
     np.testing.assert_allclose(of.tau[k], wanted.astype(float), rtol=1e-11, atol=1e-9)
-    assert "sum of squares" not in "".join(figures(of)["notes"])
+    assert "sum of squares" not in "".join(of.as_json()["notes"])
     plain = replace(of.machine, joints=tuple(replace(row, sharing=ZERO) for row in closed_chain("gantry_rigid").joints))
     even = found(plain, strokes)
     assert even.tau[k, 0] + even.tau[k, 3] == pytest.approx(of.tau[k, 0] + of.tau[k, 3], rel=1e-12)
     assert even.tau[k, 0] == pytest.approx(even.tau[k, 3], rel=1e-12)
-    assert "the least sum of squares" in figures(even)["notes"][0]
+    assert "the least sum of squares" in even.as_json()["notes"][0]
 
 
 def _motors(of: FeedForward) -> list[str]:
@@ -100,7 +102,7 @@ def _motors(of: FeedForward) -> list[str]:
 def test_motors_become_independent_where_loops_then_have_closed_forms() -> None:
     """A beam that is elastic: the motion that is wanted is that of the motors."""
     machine = closed_chain("gantry")
-    assert [joint.name for joint in followed(machine).motor_joints] == [
+    assert [joint.name for joint in with_motors_on_load_joints(machine).motor_joints] == [
         "carriage_1",
         "cross_slide",
         "ram",
@@ -119,7 +121,7 @@ def test_what_is_written_and_drawn_holds_joints_and_motors(tmp_path: Path) -> No
     np.testing.assert_array_equal(columns["q_arm_2"], moved().following.x[:, 1])
     np.testing.assert_array_equal(columns["qd_arm_3"], moved().following.xd[:, 2])
     np.testing.assert_array_equal(columns["q_platform"], moved().q[:, 2] + 0.0)
-    said = figures(moved())
+    said = moved().as_json()
     assert said["joints"]["along_x"] == {"order": 2, "given": 6} and set(said["joints"]) == set(STROKES)
     assert set(said["motors"]["arm_1"]) == {"torque", "torque_rms", "velocity"}
     titles = [axis.get_title() for axis in following(moved()).axes]
@@ -140,12 +142,16 @@ def test_springs_on_which_dependent_motors_act_are_refused() -> None:
 
 def test_what_is_refused_has_a_way_out() -> None:
     with pytest.raises(InputError, match=r"joint link_3: feed-forward: .* loop without closed form.*under servos"):
-        followed(driven_at(closed_chain("ring"), "link_3"))
+        with_motors_on_load_joints(driven_at(closed_chain("ring"), "link_3"))
     gantry, idle = closed_chain("gantry_rigid"), ("cross_slide", "ram")
     joints = (replace(row, kind=Kind.PASSIVE) if row.name in idle else row for row in gantry.joints)
-    with pytest.raises(InputError, match="2 motors cannot move these 3 joints as wanted: lock some in a scene"):
+    with pytest.raises(
+        InputError, match="2 motors cannot prescribe the motion of these 3 joints: lock some in a scene"
+    ):
         found(replace(gantry, joints=tuple(joints)), {"carriage_1": 0.1})
     with pytest.raises(InputError, match=r"joint 4 \(arm_1\), kind: feed_forward: .* use the command feed-forward"):
         trace(delta(), "feed_forward")
-    with pytest.raises(InputError, match=r"loop leg_2: feed-forward: from 0.06\d* s on .* it closes no more: "):
+    with pytest.raises(
+        InputError, match=r"loop leg_2: feed-forward: from 0.06\d* s on .* it does not close any more: "
+    ):
         found(delta(), {"platform": -0.4})

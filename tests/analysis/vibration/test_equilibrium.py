@@ -5,16 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.vibration.linearization import linearize
+from symoro_elastic.analysis.vibration.modes import modes
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.vibration.equilibrium import equilibrium, given_state
-from symoro_elastic.vibration.linearization import linearize
-from symoro_elastic.vibration.modes import modes
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.equilibrium import equilibrium, given_state
+from tests.analysis.vibration.machines import NO_WEIGHT, WEIGHT, machine_of, modes_of, slide, spring
 from tests.compiled_models import cell, vector
 from tests.references.random_machines import random_machine
 from tests.references.small_motions import as_floats, differences
-from tests.vibration.machines import NO_WEIGHT, WEIGHT, machine_of, modes_of, slide, spring
+
+pytestmark = pytest.mark.sampled(4)
 
 
 def pendulum(up: float = 0.0) -> Machine:

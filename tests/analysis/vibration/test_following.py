@@ -7,14 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.vibration import following
+from symoro_elastic.analysis.vibration.comparison_motion import along, move
+from symoro_elastic.analysis.vibration.following import MotorCurve, _integrated
+from symoro_elastic.analysis.vibration.reference_trajectory import ReferenceTrajectory, through
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Friction, Kind, Machine
-from symoro_elastic.vibration import following
-from symoro_elastic.vibration.course import along, move
-from symoro_elastic.vibration.following import MotorCurve, _integrated
-from symoro_elastic.vibration.reference_trajectory import ReferenceTrajectory, through
+from tests.analysis.vibration.machines import drive, machine_of, slide, spring
 from tests.compiled_models import cell
-from tests.vibration.machines import drive, machine_of, slide, spring
+
+pytestmark = pytest.mark.sampled(4)
 
 
 def uniform(seconds: float, acceleration: float = 2.0) -> ReferenceTrajectory:
@@ -23,26 +25,27 @@ def uniform(seconds: float, acceleration: float = 2.0) -> ReferenceTrajectory:
     return through(t, {"motor": acceleration * t**2 / 2}, 5)
 
 
-@pytest.mark.parametrize("damping", [0.0, 40.0])
+@pytest.mark.parametrize("damping", [0.0, pytest.param(40.0, marks=pytest.mark.thorough)])
 def test_the_spring_swings_as_in_the_closed_form(damping: float) -> None:
     """q = -(a/w^2) (1 - exp(-s t) (cos v t + s/v sin v t)) over 25 s, 250 periods."""
     mass, stiffness, a = 5.0, 2e4, 2.0
-    course = along(drive(m2=mass, k=stiffness, d=damping), uniform(25.0, a))
+    trajectory = along(drive(m2=mass, k=stiffness, d=damping), uniform(25.0, a))
     s, squared = damping / (2 * mass), stiffness / mass
     v = np.sqrt(squared - s**2)
-    t = course.t
+    t = trajectory.t
     q = -a / squared * (1 - np.exp(-s * t) * (np.cos(v * t) + s / v * np.sin(v * t)))
     assert t[-1] == pytest.approx(25.0)
-    np.testing.assert_allclose(course.q[:, 1], q, rtol=0, atol=1e-5 * np.abs(q).max())
-    rounding = np.finfo(float).eps * course.q[-1, 0] / 1e-3**2  # of second differences at 1000 Hz
-    np.testing.assert_allclose(course.qdd[:, 0], a, rtol=0, atol=100 * rounding)
+    rounding = np.finfo(float).eps * trajectory.q[-1, 0] / 1e-3**2  # of second differences at 1000 Hz
+    shaken = 3 * (10 * rounding) * 1e-3 / v * np.sqrt(25.0 / 1e-3)  # by that noise, a kick a sample, three sigma
+    np.testing.assert_allclose(trajectory.q[:, 1], q, rtol=0, atol=1e-5 * np.abs(q).max() + shaken)
+    np.testing.assert_allclose(trajectory.qdd[:, 0], a, rtol=0, atol=100 * rounding)
 
 
 def test_progress_counts_samples() -> None:
     told: list[tuple[int, int]] = []
-    course = along(drive(), uniform(1.0), lambda done, total: told.append((done, total)))
+    trajectory = along(drive(), uniform(1.0), lambda done, total: told.append((done, total)))
     done = [count for count, _ in told]
-    assert done == sorted(set(done)) and told[-1] == (len(course.t), len(course.t))
+    assert done == sorted(set(done)) and told[-1] == (len(trajectory.t), len(trajectory.t))
 
 
 def test_rates_of_a_motor_curve() -> None:
@@ -91,18 +94,18 @@ def test_dry_friction_beyond_the_motors_is_refused(kind: Kind) -> None:
 @pytest.mark.parametrize("damped", [{"k": 2e16}, {"d": 1e9}])
 def test_rates_beyond_the_bound_are_refused(damped: dict[str, float]) -> None:
     """Stiff springs, and dampers that are faster than the springs are."""
-    with pytest.raises(InputError, match=r"motion: t: 25 s at .* Hz is too long to follow: cut it to "):
+    with pytest.raises(InputError, match=r"motion: t: 25 s at .* Hz is too long to integrate: cut it to "):
         along(drive(**damped), uniform(25.0))
-    with pytest.raises(InputError, match=r"--duration: 25 s at .* Hz is too long to follow: cut it to "):
+    with pytest.raises(InputError, match=r"--duration: 25 s at .* Hz is too long to integrate: cut it to "):
         move(drive(**damped), duration=25.0)
 
 
 def test_motions_that_get_too_fast_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither a finite time of escape nor endless small steps end in anything but one line."""
     escaping = lambda _t, y: 1 + y**2  # noqa: E731  (tan t)
-    with pytest.raises(InputError, match=r"m: t: the motion gets too fast to follow at 1\.57"):
+    with pytest.raises(InputError, match=r"m: t: the motion becomes too fast to integrate at 1\.57"):
         _integrated(escaping, np.zeros(1), np.linspace(0.0, 3.0, 4), "m", lambda *_: None)
     monkeypatch.setattr(following, "MOST_STEPS", 20)
-    with pytest.raises(InputError, match="too fast to follow at 0"):
+    with pytest.raises(InputError, match="too fast to integrate at 0"):
         _integrated(lambda t, _y: np.array([np.sign(np.sin(1e4 * t))]), np.zeros(1), np.array([0.0, 1.0]), "m",
                     lambda *_: None)  # fmt: skip

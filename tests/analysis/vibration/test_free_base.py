@@ -11,21 +11,23 @@ import pytest
 import scipy.linalg
 from click.testing import CliRunner
 
+from symoro_elastic.analysis.vibration.energies import kinetic_shares
+from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import modes, sensitivity
+from symoro_elastic.analysis.vibration.responses import frequency_response
 from symoro_elastic.cli import cli
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import toml
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.free_base import COORDINATES
-from symoro_elastic.machine.machine import Base, Body, Floating, Given, Joint, Kind, Machine
-from symoro_elastic.vibration.energies import kinetic_shares
-from symoro_elastic.vibration.equilibrium import equilibrium
-from symoro_elastic.vibration.linearization import Linearization, linearize, motion_of, with_motors
-from symoro_elastic.vibration.modes import modes
-from symoro_elastic.vibration.responses import frequency_response
-from symoro_elastic.vibration.sensitivity import sensitivity
+from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, KnownOfBase, Machine
+from symoro_elastic.numerics.motion.equations_of_motion import motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from tests.analysis.vibration.machines import WEIGHT, machine_of, slide, spring
 from tests.compiled_models import cell, vector
 from tests.models.test_floating_base import on
 from tests.references.random_machines import random_machine
-from tests.vibration.machines import WEIGHT, machine_of, slide, spring
+
+pytestmark = pytest.mark.sampled(4)
 
 M1, M2, K = 7.0, 3.0, 2e4
 
@@ -75,12 +77,12 @@ def test_random_trees_in_space(seed: int) -> None:
     tree = random_machine(seed, joints=4 + seed, kinds=("elastic", "fixed"), friction=False, wrenches=False)
     machine = replace(on(tree), base=Base())
     linear = linear_of(machine)
-    n, q = len(machine.moving), linear.state.q[6:]
+    n, q = len(machine.independent), linear.state.q[6:]
     assert linear.coordinates[:6] == COORDINATES and len(linear.coordinates) == 6 + n
     still = peer.BaseState(np.eye(3), np.zeros(6), np.zeros(6))
     _, A, _ = peer.floating_dynamics(machine, still, q, 0 * q, 0 * q)
     np.testing.assert_allclose(linear.M, A, rtol=0, atol=1e-12 * np.abs(A).max())
-    stiffness = [machine.joints[j - 1].spring.stiffness.value() for j in machine.moving]
+    stiffness = [machine.joints[j - 1].spring.stiffness.value() for j in machine.independent]
     wanted = scipy.linalg.eigh(np.diag([0.0] * 6 + stiffness), A, eigvals_only=True)
     found = modes(linear)
     assert found.rigid == 6
@@ -88,13 +90,13 @@ def test_random_trees_in_space(seed: int) -> None:
 
 
 def test_a_base_whose_motion_is_given_is_held() -> None:
-    driven = replace(pair(), floating=Floating(known=Given.ACCELERATION, body=Body(cell(M1))))
+    driven = replace(pair(), floating=Floating(known=KnownOfBase.ACCELERATION, body=Body(cell(M1))))
     held = modes(linear_of(driven))
     assert held.rigid == 0 and held.frequencies == pytest.approx([np.sqrt(K / M2) / (2 * np.pi)], rel=1e-14)
 
 
 def test_a_free_base_falls() -> None:
-    with pytest.raises(InputError, match=r"nothing supports base\.z \(98\.1 N\), a free base falls") as refused:
+    with pytest.raises(InputError, match=r"nothing supports base\.z \(98\.1 N\), so a free base falls") as refused:
         linear_of(pair(WEIGHT))
     assert "\n" not in str(refused.value)
 
@@ -129,7 +131,7 @@ def test_modes_over_positions(tmp_path: Path) -> None:
     wanted = [modes(with_motors(linearize(motion, state), held=["arm"])).frequencies for state in states]
     file = tmp_path / "craft.toml"
     file.write_text(toml.write(machine))
-    words = ["modes", str(file), "--over", "arm=0:1:2", "--json", "--hold", "arm"]
+    words = ["modes", str(file), "--along", "arm=0:1:2", "--json", "--hold", "arm"]
     found = json.loads(CliRunner().invoke(cli, words, catch_exceptions=False).stdout)["frequencies"]
     for here, there in zip(found, wanted, strict=True):
         assert here[:6] == [0.0] * 6 and here == pytest.approx(there, rel=1e-12)

@@ -8,20 +8,28 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.vibration.feed_forward import feed_forward, lagging, notes, orders
+from symoro_elastic.analysis.vibration.reference_trajectory import move
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.vibration.feed_forward import feed_forward, figures, notes, orders
-from symoro_elastic.vibration.lag import lagging
-from symoro_elastic.vibration.reference_trajectory import move
+from tests.analysis.vibration.machines import drive, machine_of, slide, spring
+from tests.analysis.vibration.test_reference_trajectory import (
+    LOCKED,
+    flex4,
+    outboard,
+    simulated,
+    two_axis,
+    whole_two_axis,
+)
 from tests.compiled_models import cell
 from tests.models.test_feed_forward import with_springs
 from tests.references.random_machines import random_machine
-from tests.vibration.machines import drive, machine_of, slide, spring
-from tests.vibration.test_reference_trajectory import LOCKED, flex4, outboard, simulated, two_axis, whole_two_axis
+
+pytestmark = pytest.mark.sampled(4)
 
 
 @pytest.mark.parametrize("tau", [1e-12, 1e-5, 1e-3, 2e-3, 0.1, 10.0])
@@ -101,13 +109,13 @@ def test_code_with_damping_is_refused_and_names_the_command() -> None:
 def test_springs_beside_the_motors_are_left_out() -> None:
     """Torques are those of the machine with them locked; loads and frequencies say what they cost."""
     whole = whole_two_axis()
-    locked = restricted(whole, Scene(locked=dict.fromkeys(set(LOCKED) - {"sensor_head"}, ZERO)))
+    locked = restrict(whole, Scene(locked=dict.fromkeys(set(LOCKED) - {"sensor_head"}, ZERO)))
     found, same = (feed_forward(one, move(one, {}, {"": 0.1}, 0.5, 7, 200)) for one in (whole, locked))
     np.testing.assert_array_equal(found.tau, same.tau)
     assert found.left_out is not None and same.left_out is None
     assert set(found.left_out.deflections) == set(LOCKED) - {"sensor_head"} and found.left_out.frequency
     assert all(f"{name} " in notes(found)[0] for name in found.left_out.deflections)
-    assert figures(found)["left_out"]["frequency"] == found.left_out.frequency
+    assert found.as_json()["left_out"]["frequency"] == found.left_out.frequency
 
 
 def test_what_a_spring_left_out_costs() -> None:
@@ -122,4 +130,4 @@ def test_what_a_spring_left_out_costs() -> None:
     assert found.left_out.deflections["wall"] == pytest.approx(load / 1e6, rel=1e-2)
     assert found.left_out.frequency == pytest.approx(np.sqrt(1e6 / 15) / (2 * np.pi), rel=1e-9)
     said = notes(found)[0]
-    assert said.startswith("no motor makes these springs follow, so they are left out") and "from 41.09 Hz" in said
+    assert said.startswith("no motor controls these springs, so they are held") and "from 41.09 Hz" in said

@@ -10,21 +10,23 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.analysis.vibration.energies import GRAVITY_AND_LOADS, frame_shapes, kinetic_shares, strain_shares
+from symoro_elastic.analysis.vibration.linearization import linearize
+from symoro_elastic.analysis.vibration.modes import sensitivity
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Base, Kind, Machine
-from symoro_elastic.vibration.energies import GRAVITY_AND_LOADS, frame_shapes, kinetic_shares, strain_shares
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import equilibrium, given_state
-from symoro_elastic.vibration.linearization import linearize, motion_of
-from symoro_elastic.vibration.sensitivity import sensitivity
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium, given_state
+from tests.analysis.vibration.machines import drive, linearized, machine_of, modes_of, twins
+from tests.analysis.vibration.test_equilibrium import pendulum
 from tests.references import small_motions
 from tests.references.lagrange import lagrange
 from tests.references.multiprecision import geometric_model
 from tests.references.random_machines import planar_2r, random_machine, random_state
-from tests.vibration.machines import drive, linearized, machine_of, modes_of, twins
-from tests.vibration.test_equilibrium import pendulum
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+pytestmark = pytest.mark.sampled(5)
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
 PRINTED = [0, 0, 26.1, 34.4, 36.4, 93.8, 164.8, 285.6, 423.3, 482.2, 1035.8, 1107.8]  # Hz, at x = 0.3, y = 0.1 m
 PLACE = {"motor_x": 0.3, "motor_y": 0.1}
 
@@ -158,6 +160,7 @@ def test_shapes_of_frames_follow_the_geometry() -> None:
 SENSITIVE = ("M2", "D2", "K2", "K3", "IA1", "MX3")
 
 
+@pytest.mark.thorough
 def test_sensitivities_against_differences_in_50_digits() -> None:
     """Along the equilibrium, which moves with masses, lengths and stiffnesses."""
     machine = random_machine(11, joints=3, kinds=("motor", "elastic"), friction=False, wrenches=False, symbolic=True)

@@ -9,18 +9,20 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.analysis.time_series.measurements import Measurements, read_measurements, write_measurements
+from symoro_elastic.analysis.vibration.comparison import compare
+from symoro_elastic.analysis.vibration.comparison_motion import along, comparison_motion, move
+from symoro_elastic.analysis.vibration.reference_trajectory import through
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
-from symoro_elastic.machine.reduced import reduced, rigid, rotors, with_ratios
-from symoro_elastic.time_series.measurements import Measurements, read_measurements, write_measurements
-from symoro_elastic.vibration.comparison import compare
-from symoro_elastic.vibration.course import along, course_of, move
-from symoro_elastic.vibration.reference_trajectory import through
+from symoro_elastic.machine.reduced import reduced_model, rigid, rotors, with_ratios
+from tests.analysis.vibration.machines import drive, machine_of, spring
 from tests.compiled_models import cell, vector
 from tests.references.multiprecision import bias_forces, inertia_matrix
 from tests.references.random_machines import random_machine, random_state
 from tests.references.small_motions import as_floats
-from tests.vibration.machines import drive, machine_of, spring
+
+pytestmark = pytest.mark.sampled(4)
 
 RATIO, INERTIA = 7.5, 0.6
 
@@ -66,7 +68,7 @@ def test_the_reduced_model_neglects_what_rotors_owe_to_their_bodies() -> None:
     axial, q = 0.4, [0.3, 0.1, -0.7, 0.2]
     machine = arm(axial=axial)
     assert rotors(machine) == (1, 3)
-    less = as_floats(inertia_matrix(reduced(machine), q))
+    less = as_floats(inertia_matrix(reduced_model(machine), q))
     without = as_floats(inertia_matrix(arm(axial=0), q)) + np.diag([axial, 0, axial, 0])
     np.testing.assert_allclose(less, without, atol=1e-15)
     full = as_floats(inertia_matrix(machine, q))
@@ -78,7 +80,7 @@ def test_the_reduced_model_neglects_what_rotors_owe_to_their_bodies() -> None:
 
 
 def test_what_is_no_rotor_stays() -> None:
-    assert rotors(drive()) == () and reduced(drive()) == drive()
+    assert rotors(drive()) == () and reduced_model(drive()) == drive()
     inclined = arm()
     joints = (*inclined.joints[:3], replace(inclined.joints[3], alpha=cell(0.1)))
     assert rotors(replace(inclined, joints=joints)) == (1,)
@@ -139,12 +141,12 @@ def test_a_measured_motion(tmp_path: Path) -> None:
     tau = np.zeros((len(simulated.t), 1))
     record = Measurements(simulated.t, simulated.q, tau, simulated.qd, simulated.qdd)
     write_measurements(record, machine, tmp_path / "m.csv")
-    course = course_of(read_measurements(tmp_path / "m.csv", machine))
-    np.testing.assert_allclose(course.qdd, simulated.qdd, rtol=1e-9, atol=1e-9)
-    bare = course_of(replace(record, qd=None, qdd=None))
+    trajectory = comparison_motion(read_measurements(tmp_path / "m.csv", machine))
+    np.testing.assert_allclose(trajectory.qdd, simulated.qdd, rtol=1e-9, atol=1e-9)
+    bare = comparison_motion(replace(record, qd=None, qdd=None))
     h = simulated.t[1]
     np.testing.assert_allclose(bare.qd[1:-1], simulated.qd[1:-1], atol=h**2 * np.abs(simulated.qdd).max() * 100)
-    losses = compare(machine, course=course).losses
+    losses = compare(machine, trajectory=trajectory).losses
     (torque,) = [loss for loss in losses if loss.quantity == "torque"]
     exact = 8.0 * simulated.qdd[:, 0] + 5.0 * simulated.qdd[:, 1]
     assert torque.full[1] == pytest.approx(np.abs(exact).max(), rel=1e-9)
@@ -158,9 +160,9 @@ def test_a_trajectory_of_the_motors_alone(tmp_path: Path) -> None:
     columns = {"t": moved.t, "q_motor": moved.q[:, 0]}
     for rates in ({}, {"qd_motor": moved.qd[:, 0], "qdd_motor": moved.qdd[:, 0]}):
         np.savez(tmp_path / "m.npz", **columns, **rates)
-        found, known = compare(machine, course=tmp_path / "m.npz"), compare(machine, course=moved)
-        assert found.course.source.endswith("m.npz, springs follow")
-        np.testing.assert_allclose(found.course.q, moved.q, atol=1e-7)
+        found, known = compare(machine, trajectory=tmp_path / "m.npz"), compare(machine, trajectory=moved)
+        assert found.trajectory.source.endswith("m.npz, springs follow")
+        np.testing.assert_allclose(found.trajectory.q, moved.q, atol=1e-7)
         for loss, same in zip(found.losses, known.losses, strict=True):
             assert loss.full == pytest.approx(same.full, rel=1e-3)
 
@@ -177,13 +179,13 @@ def test_motions_that_are_refused(columns: dict[str, float], word: str, tmp_path
     t = np.linspace(0, 1, 101)
     np.savez(tmp_path / "m.npz", t=t, **{name: x * t for name, x in columns.items()})
     with pytest.raises(InputError) as error:
-        compare(drive(), course=tmp_path / "m.npz")
+        compare(drive(), trajectory=tmp_path / "m.npz")
     assert word in str(error.value) and "\n" not in str(error.value)
 
 
 def test_a_trajectory_too_long_to_follow() -> None:
     wanted = through(np.linspace(0, 1e6, 101), {"motor": np.zeros(101)}, 5, rate=1e-3)
-    with pytest.raises(InputError, match="too long to follow: cut it to "):
+    with pytest.raises(InputError, match="too long to integrate: cut it to "):
         along(drive(), wanted)
 
 
@@ -191,9 +193,9 @@ def test_a_trajectory_too_long_to_follow() -> None:
     ("ratios", "word"),
     [
         ({"nobody": 10.0}, "no joint 'nobody'"),
-        ({"link1": 10.0}, "link1 is no revolute motor with a rotor inertia"),
-        ({"link1": 10.0}, "such are motor1, motor2"),
-        ({"motor2": 0.0}, "0 is no gear ratio"),
+        ({"link1": 10.0}, "link1 is not a revolute motor with a rotor inertia"),
+        ({"link1": 10.0}, "such motors are motor1, motor2"),
+        ({"motor2": 0.0}, "0 is not a gear ratio"),
     ],
 )
 def test_ratios_that_are_refused(ratios: dict[str, float], word: str) -> None:

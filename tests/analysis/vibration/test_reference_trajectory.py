@@ -11,25 +11,26 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline, CubicSpline, PPoly
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
-from symoro_elastic.machine.formats import read_machine, write_machine
+from symoro_elastic.analysis.time_series.named_columns import read_columns
+from symoro_elastic.analysis.vibration.feed_forward import FeedForward, feed_forward, notes, orders
+from symoro_elastic.analysis.vibration.reference_trajectory import along, move, read_reference, through, times
+from symoro_elastic.codegen.integration.tableaus import RK4, step
+from symoro_elastic.formats import read_machine, write_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Friction, Kind, Machine
 from symoro_elastic.machine.reduced import rigid
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import parameter_values
-from symoro_elastic.time_series.columns import read_columns
-from symoro_elastic.vibration.feed_forward import FeedForward, feed_forward, notes, orders
-from symoro_elastic.vibration.reference_trajectory import along, move, read_reference, through, times
+from tests.analysis.vibration.machines import drive, machine_of, slide
 from tests.command_line import EXAMPLES, refused, run
 from tests.compiled_models import cell
 from tests.models.test_feed_forward import with_springs
 from tests.references.random_machines import random_machine
-from tests.vibration.machines import drive, machine_of, slide
+
+pytestmark = pytest.mark.sampled(4)
 
 PROGRESSIVE = "2e4 + 1e9*q_load^2"
 LOCKED = ("bed_yaw", "bed_y", "bed_x", "motor_secondary", "cart_yaw", "cart_x", "cart_y", "sensor_head")
@@ -47,12 +48,12 @@ def whole_two_axis() -> Machine:
 
 
 def two_axis() -> Machine:
-    return restricted(whole_two_axis(), Scene(locked=dict.fromkeys(LOCKED, ZERO)))
+    return restrict(whole_two_axis(), Scene(locked=dict.fromkeys(LOCKED, ZERO)))
 
 
 def outboard(machine: Machine, q: Any) -> Any:
     """y of each motor: on these machines springs turn as their motor does, and follow it in the table."""
-    kinds = [machine.joints[j - 1].kind for j in machine.moving]
+    kinds = [machine.joints[j - 1].kind for j in machine.independent]
     first = [k for k, kind in enumerate(kinds) if kind is Kind.MOTOR]
     return np.stack([block.sum(axis=1) for block in np.split(q, first[1:], axis=1)], axis=1)
 
@@ -199,7 +200,7 @@ FEW = "2 derivatives of its motion are given, feed_forward needs 4: give columns
          "motor: 2 derivatives of its motion are given (derivative 2 changes by "),
         ({"t": columns(0)["t"]}, "y_motor: missing"),
         ({x: y for x, y in columns(4).items() if x != "ydd_motor"}, "ydd_motor: missing"),
-        (columns(0) | {"q_load": columns(0)["t"]}, "q_load: motors and their springs have a trajectory"),
+        (columns(0) | {"q_load": columns(0)["t"]}, "q_load: only motors and their springs have a trajectory"),
         (columns(0) | {"y_load": columns(0)["t"]}, "y_load: load is elastic and has no motor: y belongs to motor"),
         (columns(0) | {"t": columns(0)["t"][::-1]}, "t: does not increase at sample 2"),
         (columns(0) | {"y_motor": np.full(201, np.nan)}, "y_motor: NaN or infinity"),
@@ -241,7 +242,7 @@ def test_the_command(tmp_path: Path) -> None:
     """Its file is read as a motion of the whole machine; the same bytes each time."""
     path = tmp_path / "flex4.toml"
     write_machine(flex4(), path)
-    asked = ("feed-forward", path, "--stroke", "0.2", "--stroke", "j3=-0.1", "--duration", 1, "--rate", 200)
+    asked = ("feed-forward", path, "--stroke", "0.2", "--stroke", "j3=-0.1", "--duration", 1, "--sample-rate", 200)
     shown = run(*asked, "--out", tmp_path / "a.csv", "--plots", tmp_path / "p")
     for name in ("b.csv", "c.npz"):
         run(*asked, "--out", tmp_path / name)
@@ -278,15 +279,15 @@ def test_dry_friction_makes_the_torque_jump() -> None:
 REFUSED = {
     "--degree 3": "drive.toml, move: motor: 3 derivatives of its motion are given, feed_forward needs 4: "
     "give a spline of degree 4 or more (--degree 5: smooth torques)",
-    "--degree 40": "--degree: 40 is no degree of a spline here: give 1 to 13",
-    "--duration 0": "--duration: 0 s is no time to move in",
+    "--degree 40": "--degree: 40 is not a degree of a spline here: give 1 to 13",
+    "--duration 0": "--duration: 0 s is not a duration",
     "--stroke nan": "--stroke: 'nan' is not NAME=NUMBER: nan is not finite",
     "--stroke moter=1": "--stroke: no motor 'moter'; did you mean 'motor'?",
-    "--at load=1": "--at: no motor 'load'",
-    "--rate 0": "--rate: 0 Hz for",
-    "--rate 1e12": "--rate: 1e+12 Hz for",
+    "--start load=1": "--start: no motor 'load'",
+    "--sample-rate 0": "--sample-rate: 0 Hz for",
+    "--sample-rate 1e12": "--sample-rate: 1e+12 Hz for",
     "--motion none.csv": "none.csv: file: cannot be read",
-    "--out x.mat": "x.mat: --out: no form '.mat': end the name with .csv or .npz",
+    "--out x.mat": "x.mat: --out: there is no format '.mat': end the name with .csv or .npz",
     "--value load.stifness=3": "no parameter 'load.stifness'",
     "--scene none.toml": "none.toml",
 }

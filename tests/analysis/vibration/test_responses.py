@@ -7,15 +7,17 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.modes import modes
+from symoro_elastic.analysis.vibration.responses import frequency_grid, frequency_response, with_modal_damping
+from symoro_elastic.analysis.vibration.zeros import poles_and_zeros
 from symoro_elastic.machine.machine import Kind
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.vibration.linearization import Linearization
-from symoro_elastic.vibration.modes import modes
-from symoro_elastic.vibration.responses import frequency_grid, frequency_response, with_modal_damping
-from symoro_elastic.vibration.zeros import poles_and_zeros
+from tests.analysis.vibration.machines import drive, linearized, machine_of, slide, spring, twins
+from tests.analysis.vibration.test_modes import PLACE, two_axis
 from tests.references.random_machines import planar_2r, random_machine
-from tests.vibration.machines import drive, linearized, machine_of, slide, spring, twins
-from tests.vibration.test_modes import PLACE, two_axis
+
+pytestmark = pytest.mark.sampled(4)
 
 M1, M2, K, D, FV = 3.0, 5.0, 2e4, 7.0, 4.0
 

@@ -10,20 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import write_machine
+from symoro_elastic.analysis.vibration.linearization import Linearization
+from symoro_elastic.analysis.vibration.modes import damped_poles, modes
+from symoro_elastic.analysis.vibration.responses import frequency_grid, frequency_response
+from symoro_elastic.analysis.vibration.tracking import over_grid
+from symoro_elastic.analysis.vibration.zeros import poles_and_zeros
+from symoro_elastic.formats import write_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import given_state
-from symoro_elastic.vibration.inertia import massless_rows, rows_to_remove
-from symoro_elastic.vibration.linearization import Linearization
-from symoro_elastic.vibration.modes import damped, modes
-from symoro_elastic.vibration.responses import frequency_grid, frequency_response
-from symoro_elastic.vibration.tracking import over_grid
-from symoro_elastic.vibration.zeros import poles_and_zeros
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equilibrium import given_state
+from symoro_elastic.numerics.motion.inertia import massless_rows, rows_to_remove
+from tests.analysis.vibration.machines import ZERO, drive, linearized, machine_of, slide, spring
 from tests.command_line import refused, run
 from tests.compiled_models import cell
-from tests.vibration.machines import ZERO, drive, linearized, machine_of, slide, spring
+
+pytestmark = pytest.mark.sampled(4)
 
 BOTH = "singular here: nothing has inertia in a motion of motor and load; give motor an inertia or --hold motor"
 YAW = "singular here: nothing has inertia in a motion of yaw; give yaw an inertia or --hold yaw"
@@ -40,7 +42,7 @@ def on_the_axis() -> Machine:
 ASKED: dict[str, Callable[[Linearization], Any]] = {
     "space": lambda linear: linear.space,
     "modes": modes,
-    "poles": damped,
+    "poles": damped_poles,
     "grid": frequency_grid,
     "response": lambda linear: frequency_response(linear, np.array([1.0])),
     "zeros": lambda linear: poles_and_zeros(linear, "motor.tau", "motor.q"),
@@ -99,15 +101,15 @@ def test_nothing_is_printed_or_written(command: str, tmp_path: Path) -> None:
 
 
 def test_joints_of_a_grid_are_named_once() -> None:
-    assert "--over: motor_y is given twice: give it one value" in refused(
+    assert "--along: motor_y is given twice: give it one value" in refused(
         "modes",
-        Path(__file__).parents[2] / "examples" / "two_axis.toml",
-        "--over",
+        Path(__file__).parents[3] / "examples" / "two_axis.toml",
+        "--along",
         "motor_y=0:1:3",
-        "--over",
+        "--along",
         "motor_y=0:1:2",
     )
-    with pytest.raises(InputError, match="--over: pitch and q_pitch are not joints of their own"):
+    with pytest.raises(InputError, match="--along: pitch and q_pitch are the same joint"):
         over_grid(EquationsOfMotion(on_the_axis()), {"pitch": [0.1], "q_pitch": [0.2]})
 
 

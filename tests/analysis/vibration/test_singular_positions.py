@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import toml
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.equilibrium import given_state
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equilibrium import given_state
+
+pytestmark = pytest.mark.sampled(4)
 
 FOUR_BAR = """name = "bars"
 joints = [

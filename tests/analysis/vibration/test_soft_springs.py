@@ -6,17 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine, toml
+from symoro_elastic.analysis.simulation.reference_motion import reference_of
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
-from symoro_elastic.machine.restrict import restricted
+from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.simulation.reference import reference_of
-from symoro_elastic.vibration.soft_springs import refuse_soft_static
+from symoro_elastic.numerics.motion.soft_springs import refuse_soft_static
 from tests.command_line import ended
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+pytestmark = pytest.mark.sampled(4)
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
 MASS, LENGTH, GRAVITY = 1.0, 0.5, 9.81
 LIMIT = MASS * GRAVITY * LENGTH
 """Stiffness at which a pendulum upside down begins to fall, N m/rad."""
@@ -48,7 +51,7 @@ def described(stiffness: float | str, upright: bool = True) -> str:
 
 
 def with_static(machine: Machine, *names: str) -> Machine:
-    return restricted(machine, Scene(static=dict.fromkeys(names)))
+    return restrict(machine, Scene(static=dict.fromkeys(names)))
 
 
 @pytest.mark.parametrize("part", [0.2, 0.99])

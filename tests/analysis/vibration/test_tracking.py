@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
-from symoro_elastic.vibration.modes import clusters
-from symoro_elastic.vibration.tracking import Tracked, over_grid, pair
-from tests.vibration.machines import crossing, modes_of, twins
-from tests.vibration.test_modes import two_axis
+from symoro_elastic.analysis.vibration.modes import clusters
+from symoro_elastic.analysis.vibration.tracking import Tracked, over_grid, pair
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+from tests.analysis.vibration.machines import crossing, modes_of, twins
+from tests.analysis.vibration.test_modes import two_axis
+
+pytestmark = pytest.mark.sampled(4)
 
 
 def through_the_crossing(positions: list[float]) -> Tracked:

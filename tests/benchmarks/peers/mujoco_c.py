@@ -41,7 +41,7 @@ def contestant(file: Path, machine: Machine, model: str, x: Array) -> Contestant
 
     compiled_model = mujoco.MjModel.from_xml_string(mjcf(machine))
     mujoco.mj_saveModel(compiled_model, str(file))
-    kinds = [machine.joints[j - 1].kind for j in machine.moving]
+    kinds = [machine.joints[j - 1].kind for j in machine.independent]
     motors = [k for k, kind in enumerate(kinds) if kind is Kind.MOTOR]
     dofs = (ctypes.c_int * len(motors))(*motors)
     assert library().read_model(str(file).encode(), dofs, len(motors)), "MuJoCo cannot read its model"

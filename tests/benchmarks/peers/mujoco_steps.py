@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.foundation.array_types import Array
 from tests.benchmarks.contest import compiled
 from tests.benchmarks.peers.mujoco_c import mjcf
 

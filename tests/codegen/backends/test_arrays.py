@@ -11,8 +11,10 @@ import pytest
 
 import symoro_elastic as se
 from generated import planar_2r
-from symoro_elastic.backends.arrays import on_arrays
-from tests.backends.compared import apart, inputs, loaded, machine, on
+from symoro_elastic.codegen.backends.array_libraries import on_arrays
+from tests.codegen.backends.compared import apart, inputs, loaded, machine, on
+
+pytestmark = pytest.mark.sampled(6)
 
 Q = np.array([[0.3, -0.2], [0.1, 0.4], [-1.0, 2.0]])
 
@@ -127,7 +129,7 @@ def test_what_is_no_backend_is_refused() -> None:
 
 @pytest.mark.parametrize("name", ["casadi", "jax"])
 def test_missing_packages_are_named_with_their_extra(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    from symoro_elastic import packages
+    from symoro_elastic.foundation import packages
 
     def fails(module: str) -> Any:
         if module == name:
@@ -135,6 +137,6 @@ def test_missing_packages_are_named_with_their_extra(name: str, monkeypatch: pyt
         return import_module(module)
 
     monkeypatch.setattr(packages, "import_module", fails)
-    monkeypatch.delitem(__import__("sys").modules, "symoro_elastic.backends.casadi_functions", raising=False)
+    monkeypatch.delitem(__import__("sys").modules, "symoro_elastic.codegen.backends.casadi_functions", raising=False)
     with pytest.raises(se.InputError, match=rf"{name}: backend=\"{name}\" needs {name}: pip install 'symoro-elastic"):
         se.load(machine("planar_2r.toml"), "inertia_matrix", backend=name)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from tests.backends.compared import (
+from tests.codegen.backends.compared import (
     BOTH,
     GOLDEN_MACHINES,
     ULP,
@@ -23,6 +23,8 @@ from tests.backends.compared import (
     on,
 )
 
+pytestmark = pytest.mark.sampled(6)
+
 casadi = pytest.importorskip("casadi")
 EVERY = (
     ("planar_2r.toml", ("inertia_matrix", "geometric_model", "jacobian", "regressor", "energy", "base_parameters")),
@@ -33,7 +35,7 @@ EVERY = (
 
 
 def on_casadi(example: str, *models: str) -> Any:
-    from symoro_elastic.backends.casadi_functions import casadi_functions
+    from symoro_elastic.codegen.backends.casadi_functions import casadi_functions
 
     return on(casadi_functions, example, *models)
 

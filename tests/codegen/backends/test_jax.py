@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.backends.arrays import on_arrays
-from tests.backends.compared import BOTH, ULP, apart, each_state, inputs, jacobians, loaded, machine, on
+from symoro_elastic.codegen.backends.array_libraries import on_arrays
+from tests.codegen.backends.compared import BOTH, ULP, apart, each_state, inputs, jacobians, loaded, machine, on
+
+pytestmark = pytest.mark.sampled(6)
 
 jax = pytest.importorskip("jax")
 SMALL = ("planar_2r.toml", "flex4.par")

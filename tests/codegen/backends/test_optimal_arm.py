@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4
+from symoro_elastic.codegen.integration.tableaus import RK4, step
 from tests.golden import ROOT
 
 casadi = pytest.importorskip("casadi")

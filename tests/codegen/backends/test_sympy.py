@@ -10,8 +10,10 @@ import pytest
 import sympy
 
 import symoro_elastic as se
-from symoro_elastic.backends.sympy_expressions import expressions
-from tests.backends.compared import apart, each_state, inputs, loaded, machine, on
+from symoro_elastic.codegen.backends.sympy_expressions import expressions
+from tests.codegen.backends.compared import apart, each_state, inputs, loaded, machine, on
+
+pytestmark = pytest.mark.sampled(6)
 
 PLANAR = ("inertia_matrix", "inverse_dynamics", "geometric_model")
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from symoro_elastic.embedded.disassembly import UnknownProcessor, functions
-from symoro_elastic.embedded.flow import Unbounded, flow, most
-from symoro_elastic.embedded.loops import LoopBounds, loop_bounds
+from symoro_elastic.codegen.embedded.counted_loops import LoopBounds, loop_bounds
+from symoro_elastic.codegen.embedded.disassembly import UnknownProcessor, functions
+from symoro_elastic.codegen.embedded.flow import Unbounded, flow, most
 
 HEAD = "\nt.o:     file format elf32-littlearm\n\nDisassembly of section .text:\n\n00000000 <f>:\nf():\n"
 

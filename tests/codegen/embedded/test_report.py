@@ -12,21 +12,21 @@ from pathlib import Path
 import pytest
 
 from symoro_elastic import generate
+from symoro_elastic.codegen.embedded.report import CodeReport, code_report
+from symoro_elastic.codegen.embedded.tool_chain import tool_chain
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.codegen.targets.c import render_c
-from symoro_elastic.embedded.report import CodeReport, code_report
-from symoro_elastic.embedded.tool_chain import tool_chain
-from symoro_elastic.errors import InputError
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.results import Table
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.results import Titled
-from symoro_elastic.traced import traced
+from symoro_elastic.models.traced import trace_models
 from tests.benchmarks.steps import largest_stack
 from tests.command_line import ended, run
 from tests.references.random_machines import planar_2r
 
 CORTEX_M7 = "-mcpu=cortex-m7 -mfpu=fpv5-sp-d16 -mfloat-abi=hard"
-EXAMPLE = Path(__file__).parents[2] / "examples" / "planar_2r.toml"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "planar_2r.toml"
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 needs_arm = pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="needs arm-none-eabi-gcc")
 needs_valgrind = pytest.mark.skipif(shutil.which("valgrind") is None, reason="needs valgrind")
@@ -34,7 +34,7 @@ needs_valgrind = pytest.mark.skipif(shutil.which("valgrind") is None, reason="ne
 
 @cache
 def package() -> Package:
-    return traced(planar_2r(elastic=[2]), Scene(models=("direct_dynamics",), steps=("w2",))).package
+    return trace_models(planar_2r(elastic=[2]), Scene(models=("direct_dynamics",), steps=("w2",))).package
 
 
 @cache
@@ -82,6 +82,7 @@ def executed(program: Path, function: str) -> int:
     return int(re.findall(r"Collected : (\d+)", done.stderr)[0])
 
 
+@pytest.mark.thorough
 @needs_gcc
 @needs_valgrind
 def test_a_straight_line_executes_as_many_instructions_as_are_reported(program: Path) -> None:
@@ -135,17 +136,17 @@ def test_the_command_line_prints_what_python_returns(tmp_path: Path) -> None:
     assert json.loads(printed)["reports"] == made.as_json()["reports"]
     assert [one.name for one in made.reports[0].functions] == made.reports[0].columns()["function"]
     table, size, *_ = made.parts()[-4:]
-    assert isinstance(table, Titled) and table.table.row_count == len(made.reports[0].functions)
+    assert isinstance(table, Table) and len(table.rows) == len(made.reports[0].functions)
     assert "bytes of code" in str(size)
 
 
 BAD = {
-    ("--report", "--cc", "arm-none-gcc"): "--cc: there is no program 'arm-none-gcc'",
-    ("--cc", "gcc"): "--cc: is of the report: add --report",
-    ("--cflags", "-O3"): "--cflags: is of the report",
-    ("--report", "--cflags", "'-O3"): '--cflags: "\'-O3" has a quotation mark without its other',
-    ("--report", "--target", "numpy"): "--report: is of the C code: add --target c",
-    ("--report", "--cflags", "-mcpu=nothing"): "planar_2r.toml: --report: gcc: ",
+    ("--report", "--compiler", "arm-none-gcc"): "--compiler: there is no program 'arm-none-gcc'",
+    ("--compiler", "gcc"): "--compiler: belongs to the report: add --report",
+    ("--compiler-flags", "-O3"): "--compiler-flags: belongs to the report",
+    ("--report", "--compiler-flags", "'-O3"): '--compiler-flags: "\'-O3" has an unmatched quotation mark',
+    ("--report", "--target", "numpy"): "--report: concerns the C code: add --target c",
+    ("--report", "--compiler-flags", "-mcpu=nothing"): "planar_2r.toml: --report: gcc: ",
 }
 
 

@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.integration.methods import METHODS, times_of
+from symoro_elastic.codegen.integration.methods import METHODS, times_of
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine, Orientation
 
 TOLERANCE = 1e-12
@@ -36,7 +36,7 @@ class FloatingState:
 
 
 def start(machine: Machine, seed: int = 4, speed: float = 1.0) -> FloatingState:
-    rng, n = np.random.default_rng(seed), len(machine.moving)
+    rng, n = np.random.default_rng(seed), len(machine.independent)
     quaternion = rng.normal(size=4)
     quaternion /= np.linalg.norm(quaternion)
     by_matrix = machine.floating is not None and machine.floating.orientation is Orientation.ROTATION
@@ -107,7 +107,7 @@ def integrated(
     tolerance: float = TOLERANCE,
 ) -> Array:
     """The state at the end, by DOP853: orientation by its own differential equation, the quaternion normalised."""
-    n, motors = len(machine.moving), list(machine.motor_entries)
+    n, motors = len(machine.independent), list(machine.motor_entries)
     k = at.turned.size
 
     def rate(t: float, y: Array) -> Array:

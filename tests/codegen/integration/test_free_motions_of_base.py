@@ -12,21 +12,21 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.codegen.c_runs import render_runs, runs
+from symoro_elastic.codegen.c_steps import render_runs, runs
 from symoro_elastic.codegen.compile import compile_library
+from symoro_elastic.codegen.integration.methods import METHODS, times_of
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import render_c, source_text
-from symoro_elastic.integration.methods import METHODS, times_of
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Floating, Joint, Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.traced import traced
+from tests.codegen.integration.floating_motions import FloatingState, rotation, start
 from tests.compiled_models import cell, vector
 from tests.generated_code import COMPILERS
-from tests.integration.floating_motions import FloatingState, rotation, start
 from tests.models.test_floating_base import on
 from tests.references.random_machines import random_machine
 
@@ -51,7 +51,7 @@ def machine(name: str) -> Machine:
 
 @cache
 def library(name: str) -> tuple[ctypes.CDLL, str]:
-    package = traced(machine(name), Scene(models=("direct_dynamics",), steps=METHODS_ON_BASE)).package
+    package = trace_models(machine(name), Scene(models=("direct_dynamics",), steps=METHODS_ON_BASE)).package
     text = source_text(with_own_results(package), DOUBLE)
     files = render_c(package) | render_runs(package.name, text.steps)
     with TemporaryDirectory() as folder:

@@ -14,22 +14,24 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
+from symoro_elastic.codegen.integration.w_methods import W3
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.integration.methods import METHODS, nodes_of
-from symoro_elastic.integration.w_methods import W3
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Kind, Machine
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.traced import traced
 from tests.closed_chains.machines import machine as of_loops
 from tests.closed_chains.machines import situations
 from tests.models.test_creep import creeping
 from tests.references.random_machines import random_machine
+
+pytestmark = pytest.mark.sampled(6)
 
 GENTLE = Formula.parse("3")
 DURATION = 0.08
@@ -69,7 +71,7 @@ def generated(name: str) -> tuple[Package, ModuleType]:
     steps = tuple(step for step in TimeStep if name != "delta" or step != "rodas4")
     models = ("direct_dynamics", "inverse_dynamics")
     models += ("dependent_coordinates", "coupling_matrix") if name == "delta" else ()
-    package = traced(machine(name), Scene(models=models, steps=steps)).package
+    package = trace_models(machine(name), Scene(models=models, steps=steps)).package
     with TemporaryDirectory() as folder:
         return package, import_package(render_numpy(package), Path(folder) / "numpy")
 
@@ -81,7 +83,7 @@ def start(name: str) -> tuple[Array, Array, Array | None]:
         rng = np.random.default_rng(4)
         return rng.uniform(-0.4, 0.4, len(package.axes)), rng.uniform(-1, 1, len(package.axes)), None
     state = situations(name)[0].state
-    if not package.takes_dependent:
+    if not package.assembled:
         return np.array(state.u), np.array(state.ud), None
     variables = {row.name: str(row.variable) for row in machine(name).joints}
     guess = [float(state.guess[variables[axis.name]]) for axis in package.dependent or ()]
@@ -117,7 +119,7 @@ def of_motors(name: str, q: Array, qd: Array) -> tuple[Array, Array]:
     if package.has_motors_in_q:
         return q[list(package.motors)], qd[list(package.motors)]
     described = machine(name)
-    x = dict(zip(described.owners, module.dependent_coordinates(q), strict=True))
+    x = dict(zip(described.with_variable, module.dependent_coordinates(q), strict=True))
     rates = dict(zip(described.articulated, module.coupling_matrix(q, qd)[0] @ qd, strict=True))
     return np.array([x[j] for j in described.motors]), np.array([rates[j] for j in described.motors])
 
@@ -203,7 +205,7 @@ def test_stiff_springs_leave_the_error_of_a_step_as_it_is() -> None:
         for row in stiff.joints
     )
     described = replace(stiff, joints=rows, base=Base())
-    package = traced(described, Scene(models=("direct_dynamics",), steps=(W3.name,))).package
+    package = trace_models(described, Scene(models=("direct_dynamics",), steps=(W3.name,))).package
     with TemporaryDirectory() as folder:
         module = import_package(render_numpy(package), Path(folder) / "numpy")
     q, qd = np.zeros(len(package.axes)), np.zeros(len(package.axes))

@@ -13,23 +13,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.integration.methods import METHODS
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Kind, Machine, Orientation
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from symoro_elastic.traced import traced
 from tests.closed_chains.machines import machine as coupled_machine
-from tests.integration.floating_motions import (
-    course,
-    integrated,
-    start,
-    stepped,
-)
+from tests.codegen.integration.floating_motions import course, integrated, start, stepped
 from tests.models.test_creep import creeping
 from tests.models.test_floating_base import on
 from tests.references.random_machines import random_machine
+
+pytestmark = pytest.mark.sampled(5)
 
 METHODS_ON_BASE = ("w3", "w2", "rk4", "midpoint")
 DURATION = 0.08
@@ -52,7 +49,7 @@ def machine(name: str) -> Machine:
 def generated(name: str) -> ModuleType:
     scene = Scene(models=("direct_dynamics", "inertia_matrix", "bias_forces", "energy"), steps=METHODS_ON_BASE)
     with TemporaryDirectory() as folder:
-        return import_package(render_numpy(traced(machine(name), scene).package), Path(folder))
+        return import_package(render_numpy(trace_models(machine(name), scene).package), Path(folder))
 
 
 @cache
@@ -84,7 +81,7 @@ def test_orders_against_pinocchio(name: str, method: str, variant: str) -> None:
 def test_coupled_joints_on_a_floating_base() -> None:
     """A differential, with its own models of dynamics, which other tests compare with references."""
     described, module = machine("differential"), generated("differential")
-    at = replace(start(described), q=np.full(len(described.moving), 1e-3))
+    at = replace(start(described), q=np.full(len(described.independent), 1e-3))
     given = course(described, at)
 
     def equations(R: Array, V0: Array, q: Array, qd: Array) -> tuple[Array, Array]:

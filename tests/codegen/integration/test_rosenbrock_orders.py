@@ -11,12 +11,12 @@ from functools import partial
 
 import pytest
 
-from symoro_elastic.integration.rosenbrock import RODAS4
-from symoro_elastic.integration.tableaus import Coefficients
-from symoro_elastic.integration.w_methods import W2, W3, WMethod
-from tests.integration.test_tableaus import Tree as PlainTree
-from tests.integration.test_tableaus import density as plain_density
-from tests.integration.test_tableaus import trees as plain_trees
+from symoro_elastic.codegen.integration.rosenbrock import RODAS4
+from symoro_elastic.codegen.integration.tableaus import Coefficients
+from symoro_elastic.codegen.integration.w_methods import W2, W3, WMethod
+from tests.codegen.integration.test_tableaus import Tree as PlainTree
+from tests.codegen.integration.test_tableaus import density as plain_density
+from tests.codegen.integration.test_tableaus import trees as plain_trees
 
 Matrix = list[list[Fraction]]
 Tree = tuple[bool, tuple["Tree", ...]]

@@ -9,10 +9,9 @@ from math import exp, prod
 import numpy as np
 import pytest
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.integration import tableaus
-from symoro_elastic.integration.explicit import step
-from symoro_elastic.integration.tableaus import RK4, Tableau
+from symoro_elastic.codegen.integration import tableaus
+from symoro_elastic.codegen.integration.tableaus import RK4, Tableau, step
+from symoro_elastic.foundation.array_types import Array
 
 TABLEAUS = {name: found for name, found in vars(tableaus).items() if isinstance(found, Tableau)}
 Tree = tuple["Tree", ...]

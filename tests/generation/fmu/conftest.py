@@ -11,11 +11,11 @@ from unittest import mock
 
 import pytest
 
-from symoro_elastic.fmu import Options
-from symoro_elastic.fmu.mock_up_unit import unit_of
+from symoro_elastic.generation.fmu import Options
+from symoro_elastic.generation.fmu.mock_up_unit import unit_of
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.scene import INERTIA, Scene
-from tests.fmu.machines import UNDER_A_WRENCH, elastic_arm, unit
+from tests.generation.fmu.machines import UNDER_A_WRENCH, elastic_arm, unit
 
 
 @pytest.fixture(scope="session")
@@ -40,7 +40,7 @@ def linkage(folder: Path) -> Path:
 def short_of_steps(folder: Path) -> Path:
     """The elastic arm through its inertia matrix, with 50 steps at most in a communication step."""
     path = folder / "short_of_steps.fmu"
-    with mock.patch("symoro_elastic.fmu.sources.MOST_STEPS", 50):
+    with mock.patch("symoro_elastic.generation.fmu.sources.MOST_STEPS", 50):
         path.write_bytes(unit_of(elastic_arm(), replace(UNDER_A_WRENCH, form=INERTIA), Options()).archive)
     return path
 

@@ -10,15 +10,15 @@ from pathlib import Path
 from unittest import mock
 
 import symoro_elastic as se
-from symoro_elastic.fmu import Options
-from symoro_elastic.fmu.mock_up_unit import MockUpUnit, unit_of
+from symoro_elastic.generation.fmu import Options
+from symoro_elastic.generation.fmu.mock_up_unit import MockUpUnit, unit_of
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from tests.closed_chains.machines import machine as closed_chain
 from tests.closed_chains.machines import without_closed_form
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 UNDER_A_WRENCH = Scene(forces=("tool",), outputs={"geometric_model": ("tool at (0.1, 0, L)", "arm")})
 
 
@@ -38,7 +38,7 @@ def elastic_arm() -> Machine:
     springs = {
         "arm": {"stiffness": 2000, "damping": 0.5},
         "rod": {"stiffness": 5e4, "damping": 3, "neutral": 0.02},
-    }
+    }  # fmt: skip
     return se.read(
         {
             "name": "elastic_arm",

@@ -20,15 +20,17 @@ from fmpy import read_model_description
 from fmpy.validation import validate_fmu
 
 import symoro_elastic as se
-from symoro_elastic.errors import InputError
-from symoro_elastic.fmu import Options
-from symoro_elastic.fmu.mock_up_unit import MockUpUnit, unit_of
-from symoro_elastic.fmu.start import start_of
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.fmu import Options
+from symoro_elastic.generation.fmu.mock_up_unit import MockUpUnit, unit_of
+from symoro_elastic.generation.fmu.start import start_of
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from tests.command_line import refused, run
-from tests.fmu.machines import CASES, EXAMPLES, elastic_arm, sources_of_unit
+from tests.generation.fmu.machines import CASES, EXAMPLES, elastic_arm, sources_of_unit
+
+pytestmark = pytest.mark.sampled(5)
 
 TWO_R = EXAMPLES / "planar_2r.toml"
 
@@ -71,11 +73,7 @@ def test_names_are_those_of_signals(tmp_path: Path) -> None:
         by_causality.setdefault(one.causality, []).append(one.name)
     assert by_causality["input"] == ["drive.tau", *(f"tool.{x}" for x in ("fx", "fy", "fz", "mx", "my", "mz"))]
     assert by_causality["output"][:6] == ["drive.q", "arm.q", "rod.q", "drive.qd", "arm.qd", "rod.qd"]
-    assert by_causality["output"][6:] == [
-        "rod.deflection",
-        "'tool at (0.1, 0, L)'.x",
-        "'tool at (0.1, 0, L)'.y",
-    ]
+    assert by_causality["output"][6:] == ["rod.deflection", "'tool at (0.1, 0, L)'.x", "'tool at (0.1, 0, L)'.y"]
     assert {"L", "arm.mass", "arm.stiffness", "rod.damping", "rod.neutral"} <= {*by_causality["parameter"]}
 
 
@@ -131,7 +129,7 @@ def test_a_machine_that_nothing_supports_starts_without_torques() -> None:
 def test_other_joints_begin_the_search_where_they_are_asked_to_stand() -> None:
     """An arm that is told where its spring is starts in equilibrium all the same, and `generate` says so."""
     unit = unit_of(elastic_arm(), Scene(), Options(2, {"drive": 1.2, "arm": 0.3}))
-    assert unit.notes[0].startswith("--at: arm starts in equilibrium at -0.0")
+    assert unit.notes[0].startswith("--start: arm starts in equilibrium at -0.0")
     assert unit.notes[0].endswith("the search began at 0.3 rad: only motors are held")
     assert len(unit.notes) == 2
     hanging, upright = (start_of(pendulum(), {"swing": x}) for x in (10.0, np.pi / 2))
@@ -183,6 +181,7 @@ def test_masses_and_stiffnesses_have_a_least_value(version: int, tmp_path: Path)
     assert {float(one.min) for one in description.modelVariables if one.min is not None} == {0.0}
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not shutil.which("gcc"), reason="needs gcc")
 def test_the_same_bytes_every_time(compiled: None) -> None:
     machine = se.read(TWO_R)
@@ -245,7 +244,7 @@ def test_references_are_the_entries_of_one_array() -> None:
     [
         ("floating_arm.toml", (), "an FMU has a fixed base"),
         ("gantry.toml", (), "coulomb friction jumps at rest"),
-        ("flex4.par", (), "XX1 has no value (45 more as well), and an FMU starts with one"),
+        ("flex4.par", (), "XX1 has no value (45 more as well), and an FMU needs a start value"),
         ("planar_2r.toml", ("shoulder", "elbow"), "no joint moves, so an FMU would have no state"),
     ],
 )
@@ -266,13 +265,13 @@ def test_generate_writes_one_file_beside_the_code(tmp_path: Path) -> None:
 
 
 def test_the_command_names_what_has_no_meaning(tmp_path: Path) -> None:
-    run("generate", TWO_R, "--target", "fmu", "--at", "elbow=0.5", "--out", tmp_path)
+    run("generate", TWO_R, "--target", "fmu", "--start", "elbow=0.5", "--out", tmp_path)
     for options, said in (
-        (("--at", "elbow=1"), "--at: is where an FMU starts: add --target fmu"),
+        (("--start", "elbow=1"), "--start: is where an FMU starts: add --target fmu"),
         (("--fmi", "3"), "--fmi: is the version of an FMU: add --target fmu"),
-        (("--target", "fmu", "--at", "elbo=1"), "did you mean 'elbow'?"),
+        (("--target", "fmu", "--start", "elbo=1"), "did you mean 'elbow'?"),
         (("--target", "fmu", "--model", "regressor"), "--model: an FMU has models of its own"),
-        (("--target", "fmu", "--precision", "single"), "--precision: is of the C code"),
+        (("--target", "fmu", "--precision", "single"), "--precision: concerns the C code"),
     ):
         assert said in refused("generate", TWO_R, *options, "--out", tmp_path / "other")
     assert not (tmp_path / "other").exists()

@@ -1,4 +1,4 @@
-"""What is no robot in an MJCF file is refused in one line that names the place, and nothing outside is read."""
+"""What is not a robot in an MJCF file is refused in one line that names the place, and nothing outside is read."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from symoro_elastic import packages
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats.reading import read
+from symoro_elastic.formats.reading import read
+from symoro_elastic.foundation import packages
+from symoro_elastic.foundation.errors import InputError
 from tests.command_line import refused, run
 
 pytest.importorskip("mujoco")
@@ -49,7 +49,7 @@ BAD = {
         "<mujoco><worldbody>"
         + f'<body name="a"><freejoint/>{MASS}</body><body name="b"><freejoint/>{MASS}</body>'
         + "</worldbody></mujoco>",
-        "bodies: 'a', 'b' float, each by itself: leave one machine in the file",
+        "bodies: 'a', 'b' float independently: leave one machine in the file",
     ),
     "a stiffness that is a polynomial": (robot('<joint name="j" stiffness="1 2"/>'), "joint 'j': its stiffness is a"),
     "a damping that is one": (robot('<joint name="j" damping="1 2"/>'), "joint 'j': its damping is a polynomial"),
@@ -57,7 +57,7 @@ BAD = {
     "a spring that yields": (robot('<joint name="j" stiffness="1" springyield="3"/>'), "joint 'j': its spring yields"),
     "a spring on a ball joint": (
         robot('<joint name="j" type="ball" stiffness="2"/>'),
-        "joint 'j': it is a ball joint with stiffness: those of machines have none, write stiffness = 0",
+        "joint 'j': it is a ball joint with stiffness, which is not modelled: write stiffness = 0",
     ),
     "damping of a ball joint": (robot('<joint name="j" type="ball" damping="2"/>'), "it is a ball joint with damping"),
     "armature of a free one": (
@@ -106,13 +106,13 @@ BAD = {
             f'<joint name="j"/><body><joint name="k"/>{MASS}</body>',
             '<equality><joint joint1="k" joint2="j"/><joint joint1="k"/></equality>',
         ),
-        "joint 'k': equality constraints 'joint2' and others give its position: leave one",
+        "joint 'k': equality constraints 'joint2' and others determine its position: keep one",
     ),
     "a floating robot that is held": (
         '<mujoco><worldbody><body name="a"><freejoint/>'
         f'{MASS}<body name="b"><joint/>{MASS}</body></body></worldbody>'
         '<equality><connect name="rope" body1="b" anchor="0 0 0"/></equality></mujoco>',
-        "connection 'rope': 'world' is no link that the robot moves",
+        "connection 'rope': 'world' is not a link that the robot moves",
     ),
 }
 
@@ -219,12 +219,12 @@ LEFT_OUT = """
 
 def test_what_is_not_taken_is_said_once(tmp_path: Path) -> None:
     (tmp_path / "robot.xml").write_text(LEFT_OUT, encoding="utf-8")
-    assert [*read(tmp_path / "robot.xml").remarks] == [
-        "free bodies beside the robot are not taken: 'box'",
+    assert [*read(tmp_path / "robot.xml").origin.remarks] == [
+        "free bodies beside the robot are ignored: 'box'",
         "ball joints are turns about x, y and z, singular where the second is at a right angle: 'k'",
-        "torques act on the joints: gears and control laws of actuators are not taken",
-        "actuators that act on no joint are not taken: 'pull'",
-        "equality constraints that are not taken: 'drag', 'off', 'taut'",
+        "torques act on the joints: gears and control laws of actuators are ignored",
+        "actuators that act on no joint are ignored: 'pull'",
+        "equality constraints that are ignored: 'drag', 'off', 'taut'",
         "not modelled: contacts, limits of joints, forces of tendons ('string'), forces of the fluid around it, "
         "forces that compensate gravity (gravcomp)",
     ]
@@ -234,6 +234,8 @@ def test_convert_writes_the_table_and_says_what_is_left_out(tmp_path: Path) -> N
     source, target = tmp_path / "robot.xml", tmp_path / "robot.toml"
     source.write_text(LEFT_OUT, encoding="utf-8")
     result = run("convert", source, target)
-    assert "warning: free bodies beside the robot are not taken: 'box'" in result.stderr
+    assert "warning: free bodies beside the robot are ignored: 'box'" in result.stderr
     assert read(target).joints == read(source).joints
-    assert "MJCF files can be read, but not written: use .toml or .par" in refused("convert", target, source, "--force")
+    assert "MJCF files can be read, but not written: use .toml, .par or .urdf" in refused(
+        "convert", target, source, "--force"
+    )

@@ -9,13 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.formats import read_machine
-from symoro_elastic.machine.formats.format import Conversion, SpringOnJoint
-from symoro_elastic.machine.formats.reading import read
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.format import Conversion, SpringOnJoint
+from symoro_elastic.formats.reading import read
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.machine.renaming import renamed
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.machine.valid_names import with_valid_names
+from symoro_elastic.models.packaging import reserved_words
 from tests.command_line import EXAMPLES, ended, refused, run
 from tests.machine.robots.samples import ARM, GRIPPER, joint, link, robot
 
@@ -139,7 +140,7 @@ def test_robots_go_through_all_formats() -> None:
     first, second = (read_machine(name)[0] for name in ("arm.toml", "again.toml"))
     assert [row.name for row in first.joints] == [row.name for row in second.joints]
     said = refused("convert", "arm.urdf", "out.csv")
-    assert said == "out.csv: file: standard DH table files can be read, but not written: use .toml or .par or .urdf"
+    assert said == "out.csv: file: standard DH table files can be read, but not written: use .toml, .par or .urdf"
 
 
 def test_python_reads_robots_and_converts_them() -> None:
@@ -148,12 +149,12 @@ def test_python_reads_robots_and_converts_them() -> None:
     with pytest.warns(se.MachineWarning, match="angles and lengths are snapped within 1e-09"):
         machine = se.read("skew.urdf", snap=1e-9, elastic={"one": (2e3, 0.1), "two": [1e3, 0.2]})
     assert [row.kind.value for row in machine.joints] == ["motor", "elastic"] * 2
-    with pytest.raises(se.InputError, match=r"symoro_elastic: snap: 0\.5 is no tolerance"):
+    with pytest.raises(se.InputError, match=r"symoro_elastic: snap: 0\.5 is not a tolerance"):
         se.read("arm.urdf", snap=0.5)
     link = SimpleNamespace(a=0.4, mdh=True, m=2.0, r=[0.2, 0, 0], I=np.eye(3))
     with pytest.warns(se.MachineWarning, match="'for' is for_"):
         arm = se.read(SimpleNamespace(name="for", links=[link, link]))
-    assert arm.name == "for_" and len(arm.moving) == 2
+    assert arm.name == "for_" and len(arm.independent) == 2
 
 
 # Names
@@ -161,27 +162,27 @@ def test_python_reads_robots_and_converts_them() -> None:
 
 def named(*names: str, machine: str = "robot") -> Machine:
     rows = [Joint(name, j, Kind.MOTOR, 0, f"q{j + 1}") for j, name in enumerate(names)]
-    return Machine(machine, tuple(rows))
+    return DescribedMachine(machine, tuple(rows))
 
 
 def test_names_that_code_cannot_take_are_changed_and_said() -> None:
     """Intermediate quantities, double underscores, keywords, models, names twice, variables of others."""
     given = ("g1_left", "iris__rotor_0", "for", "inertia_matrix", "a-b", "a_b", "q2", "ä", "q8_", "x" * 80)
-    found = renamed(named(*given, machine="3 arms!"), reserved_words())
+    found = with_valid_names(named(*given, machine="3 arms!"), reserved_words())
     names = [row.name for row in found.joints]
     assert len({*names}) == len(names) and names[5] == "a_b" and names[4] != "a_b"
-    assert renamed(found, reserved_words()) == found
-    (remark,) = found.remarks
+    assert with_valid_names(found, reserved_words()) == found
+    (remark,) = found.origin.remarks
     assert remark.startswith("names that generated code cannot take are changed: '3 arms!' is ")
     assert "'iris__rotor_0' is iris_rotor_0" in remark and "'q2' is" in remark
 
 
 def test_valid_names_stay() -> None:
     machine = named("waist", "elbow", "q3")
-    assert renamed(machine, reserved_words()) == machine and renamed(machine).remarks == ()
+    assert with_valid_names(machine, reserved_words()) == machine and with_valid_names(machine).origin.remarks == ()
 
 
 def test_what_follows_keeps_its_variable_when_names_change() -> None:
     rows = (Joint("for", 0, Kind.MOTOR, 0, "q1"), Joint("if", 1, Kind.COUPLED, 0, theta=Formula.parse("2*q1")))
-    found = renamed(Machine("robot", rows), reserved_words())
+    found = with_valid_names(DescribedMachine("robot", rows), reserved_words())
     assert [row.name for row in found.joints] == ["for_", "if_"] and found.joints[1].theta.text == "2*q1"

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.machine.formats import toml
-from symoro_elastic.machine.formats.reading import read
+from symoro_elastic.formats.reading import read
+from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.numerics.implementations import numpy_model
 from tests.machine.robots.mjcf_samples import ROBOTS, SEVERAL, SPRINGS, SPRUNG_MOTORS, random_robot
@@ -68,7 +68,7 @@ def test_without_any_actuator_joints_are_driven(tmp_path: Path) -> None:
         **dict.fromkeys(("along", "across", "turn", "tilt", "body5_joint"), "motor"),
         "camera": "fixed",
     }
-    assert machine.remarks[0] == "the file has no actuator: joints without springs are taken as driven"
+    assert machine.origin.remarks[0] == "the file has no actuators: joints without springs are taken as driven"
 
 
 def test_a_spring_beside_a_motor_counts_whole_turns_without_a_cost(tmp_path: Path) -> None:

@@ -8,21 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.robots.modified_dh import machine_of, table_of
+from symoro_elastic.formats.robots.robot import Connection, Description, JointType, Link, LinkJoint, Mimicked, Placement
+from symoro_elastic.formats.robots.urdf import describe
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats.robots.description import (
-    Connection,
-    Description,
-    JointType,
-    Link,
-    LinkJoint,
-    Mimicked,
-    Placement,
-)
-from symoro_elastic.machine.formats.robots.modified_dh import machine_of, table_of
-from symoro_elastic.machine.formats.robots.urdf import describe
 from symoro_elastic.machine.machine import Closing, Kind, Machine
-from symoro_elastic.machine.renaming import renamed
+from symoro_elastic.machine.valid_names import with_valid_names
 from tests.machine.robots.samples import ARM, GRIPPER, joint, link, random_robots, robot
 
 pytest.importorskip("pinocchio")
@@ -35,7 +27,7 @@ KEYS = ("gamma", "b", "alpha", "d", "theta", "r")
 
 
 def read(text: str) -> Machine:
-    machine = renamed(machine_of(describe(text, "robot.urdf"), "robot.urdf"))
+    machine = with_valid_names(machine_of(describe(text, "robot.urdf"), "robot.urdf"))
     check(machine)
     return machine
 
@@ -203,13 +195,13 @@ def test_followers_are_coupled_rows_with_the_offsets_of_all() -> None:
     start = {str(variable): 0.0}
     assert right.r.value(values) - right.r.value(start) == pytest.approx(0.1)
     assert thumb.theta.value(values) - thumb.theta.value(start) == pytest.approx(-3.0)
-    assert "coupled rows, without a variable: 'right_finger', 'thumb_joint'" in "\n".join(machine.remarks)
+    assert "coupled rows, without a variable: 'right_finger', 'thumb_joint'" in "\n".join(machine.origin.remarks)
 
 
 @pytest.mark.parametrize(
     ("follows", "why"),
     [
-        (Mimicked("third"), "it mimics 'third', which is no joint"),
+        (Mimicked("third"), "it mimics 'third', which is not a joint"),
         (Mimicked("second"), "it mimics 'second', which mimics it"),
         (Mimicked("first", 0.0), "its multiplier is 0"),
     ],
@@ -227,8 +219,8 @@ def test_a_spring_beside_a_motor_is_an_elastic_joint_in_a_loop_with_it() -> None
     assert all(getattr(second, key) == getattr(spring, key) for key in KEYS) and not spring.friction.viscous.value()
     assert (spring.spring.stiffness.value(), spring.spring.neutral.value()) == (3.0, 0.2)
     assert second.friction.viscous.value() == 0.5 and second.spring.stiffness.is_zero
-    assert "springs beside motors are elastic joints of their own" in machine.remarks[-1]
-    check(renamed(machine))
+    assert "springs beside motors are elastic joints of their own" in machine.origin.remarks[-1]
+    check(with_valid_names(machine))
 
 
 def test_a_spring_on_a_joint_that_follows_is_refused() -> None:
@@ -238,7 +230,9 @@ def test_a_spring_on_a_joint_that_follows_is_refused() -> None:
 
 def test_connections_are_loops() -> None:
     ends = Placement(translation=np.array([0.4, 0, 0])), Placement(translation=np.array([0.6, 0.3, 0]))
-    machine = renamed(described(*two(driven=False), connections=(Connection("pin joint", "b", "base", *ends),)))
+    machine = with_valid_names(
+        described(*two(driven=False), connections=(Connection("pin joint", "b", "base", *ends),))
+    )
     (loop,) = machine.loops
     assert loop.closes is Closing.POINT and loop.name == "loop_1"
     cut, meets = machine.joint(loop.cut), machine.joint(loop.meets)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.robots.modified_dh import machine_of
+from symoro_elastic.formats.robots.standard_dh import describe, of_robot
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats.robots.modified_dh import machine_of
-from symoro_elastic.machine.formats.robots.standard_dh import describe, of_robot
 from symoro_elastic.machine.machine import Kind, Machine
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -119,13 +119,13 @@ def test_robots_of_the_toolbox_are_what_their_parameters_define(seed: int, modif
 def test_friction_that_differs_by_direction_is_taken_at_its_mean_and_said() -> None:
     machine = of_robot(SimpleNamespace(links=[Link(a=1, m=1, G=10, Tc=(0.5, -0.3))]), "arm")
     assert machine.joints[0].friction.coulomb.value() == pytest.approx(4.0)
-    assert machine.remarks == ("joint1: dry friction differs by direction: its mean is taken",)
+    assert machine.origin.remarks == ("joint1: dry friction differs by direction: its mean is taken",)
 
 
 @pytest.mark.parametrize(
     ("robot", "why"),
     [
-        (SimpleNamespace(links=[Link(), Link(a="q")]), "arm: joint2: a = 'q' is no number"),  # type: ignore[arg-type]
+        (SimpleNamespace(links=[Link(), Link(a="q")]), "arm: joint2: a = 'q' is not a number"),  # type: ignore[arg-type]
         (SimpleNamespace(links=[Link(d=float("inf"))]), "arm: joint1: d = 'inf' must be 1 finite numbers"),
         (SimpleNamespace(links=[Link(r=np.zeros(2))]), "arm: joint1: r = '[0. 0.]' must be 3 finite numbers"),
         (SimpleNamespace(links=[SimpleNamespace(flip=True)]), "arm: joint1: a flipped joint"),
@@ -182,8 +182,8 @@ HEADER = "name,type,theta,d,a,alpha,mass\n"
         ("", "line 1: the table needs a header line and a row"),
         (HEADER, "line 1: the table needs a header line and a row"),
         ("a,d\n1,2\n", "line 1: the column alpha is missing"),
-        ("a,d,alpha,a\n1,2,3,4\n", "line 1: the column a stands there twice"),
-        ("a,d,alfa\n1,2,3\n", "line 1: 'alfa' is no column of a table; did you mean 'alpha'?"),
+        ("a,d,alpha,a\n1,2,3,4\n", "line 1: the column a occurs twice"),
+        ("a,d,alfa\n1,2,3\n", "line 1: 'alfa' is not a column of a table; did you mean 'alpha'?"),
         ("a,d [deg],alpha\n1,2,3\n", "line 1: 'd [deg]': the unit is m"),
         ("a,d,alpha,mass [g]\n1,2,3,4\n", "line 1: 'mass [g]': the unit is kg"),
         (HEADER + "x,R,0,0,0,0\n", "row 1: 6 cells under 7 columns"),

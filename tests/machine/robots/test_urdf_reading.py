@@ -1,4 +1,4 @@
-"""URDF that is no robot, or that a model cannot hold: one line that names the place; what is left out is said."""
+"""URDF that is not a robot, or that a model cannot hold: one line that names the place; what is left out is said."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import random
 import numpy as np
 import pytest
 
-from symoro_elastic.errors import InputError
+from symoro_elastic.formats.robots.modified_dh import machine_of
+from symoro_elastic.formats.robots.robot import JointType
+from symoro_elastic.formats.robots.urdf import describe, rotation
+from symoro_elastic.formats.robots.xml_text import MOST_DEPTH, MOST_ELEMENTS
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
-from symoro_elastic.machine.formats.robots.description import JointType
-from symoro_elastic.machine.formats.robots.modified_dh import machine_of
-from symoro_elastic.machine.formats.robots.urdf import describe, rotation
-from symoro_elastic.machine.formats.robots.xml_text import MOST_DEPTH, MOST_ELEMENTS
-from symoro_elastic.machine.renaming import renamed
-from symoro_elastic.packaging import reserved_words
+from symoro_elastic.machine.valid_names import with_valid_names
+from symoro_elastic.models.packaging import reserved_words
 from tests.machine.robots.samples import ARM, GRIPPER, joint, link, robot
 
 BOMB = """<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>
@@ -38,13 +38,13 @@ REFUSED = {
     "nameless": (robot("<link/>"), "element <link>: a link has no name"),
     "link twice": (robot(A, A), "link 'a': the name is given twice"),
     "joint twice": (robot(A, B, C, joint("j", "a", "b"), joint("j", "b", "c")), "joint 'j': the name is given twice"),
-    "no such link": (robot(A, B, joint("j", "a", "bb")), "joint 'j': its child 'bb' is no link; did you mean"),
+    "no such link": (robot(A, B, joint("j", "a", "bb")), "joint 'j': its child 'bb' is not a link; did you mean"),
     "no child": (
         robot(A, '<joint name="j" type="fixed"><parent link="a"/></joint>'),
         "joint 'j': <joint> lacks <child>",
     ),
     "nameless child": (robot(A, B, joint("j", "a", "")), "joint 'j': <child> lacks link"),
-    "two roots": (robot(A, B, C, joint("j", "a", "b")), "links: 'a', 'c' are children of no joint"),
+    "two roots": (robot(A, B, C, joint("j", "a", "b")), "links: 'a', 'c' are not children of a joint"),
     "two parents": (
         robot(A, B, C, joint("i", "a", "b"), joint("j", "a", "c"), joint("k", "c", "b")),
         "joint 'k': its child 'b' is the child of joint 'i' too",
@@ -68,12 +68,15 @@ REFUSED = {
         "joint 'j': <axis> xyz = '0.0 1.0' must be 3 numbers",
     ),
     "place inf": (robot(A, B, joint("j", "a", "b", xyz=(0, 1e999, 1))), "joint 'j': <origin> xyz: 'inf' is not finite"),
-    "word": (robot(A.replace('value="1.0"', 'value="one"')), "link 'a': <mass> value: 'one' is no number"),
-    "underscore": (robot(A.replace('value="1.0"', 'value="1_0"')), "link 'a': <mass> value: '1_0' is no number"),
+    "word": (robot(A.replace('value="1.0"', 'value="one"')), "link 'a': <mass> value: 'one' is not a number"),
+    "underscore": (robot(A.replace('value="1.0"', 'value="1_0"')), "link 'a': <mass> value: '1_0' is not a number"),
     "negative": (robot(A.replace('value="1.0"', 'value="-2"')), "link 'a': its mass is negative: -2"),
     "no mass": (robot(A.replace('<mass value="1.0"/>', "")), "link 'a': <inertial> lacks <mass>"),
     "no izz": (robot(A.replace("izz", "IZZ")), "link 'a': <inertia> lacks izz"),
-    "ball": (robot(A, B, joint("j", "a", "b", "ball")), "joint 'j': 'ball' is no type of joint: there are revolute,"),
+    "ball": (
+        robot(A, B, joint("j", "a", "b", "ball")),
+        "joint 'j': 'ball' is not a type of joint: there are revolute,",
+    ),
     "planar": (robot(A, B, joint("j", "a", "b", "planar")), "joint 'j': a planar joint: write it as two prismatic"),
     "floats on the way": (
         robot(A, B, C, joint("j", "a", "b"), joint("k", "b", "c", "floating")),
@@ -165,7 +168,7 @@ def test_roll_pitch_and_yaw_are_about_fixed_axes() -> None:
 
 def remarks(*elements: str) -> list[str]:
     text = robot(A, B, C, joint("one", "a", "b"), joint("two", "b", "c"), *elements)
-    return list(machine_of(describe(text, "robot.urdf"), "robot.urdf").remarks)
+    return list(machine_of(describe(text, "robot.urdf"), "robot.urdf").origin.remarks)
 
 
 def transmission(name: str, inside: str) -> str:
@@ -187,7 +190,7 @@ def transmission(name: str, inside: str) -> str:
             [
                 "motor torques are those on the joints: mechanicalReduction is not applied, and no rotor inertia is "
                 "known; give it in [motors] ('one')",
-                "no transmission drives 'two': motors here; kind = \"passive\" takes them off",
+                "no transmission drives 'two': motors here; kind = \"passive\" removes them",
             ],
         ),
     ],
@@ -200,14 +203,14 @@ def test_what_is_left_out_of_a_robot_is_said_once() -> None:
     machine = machine_of(
         describe(ARM.replace("<visual>", "<visual/><collision>").replace("</visual>", "</collision>"), ""), ""
     )
-    assert machine.remarks == ("meshes, package:// and others, are not read: a model needs masses, not shapes",)
+    assert machine.origin.remarks == ("meshes, package:// and others, are not read: a model needs masses, not shapes",)
     long = robot(A, '<link name="b"/>', joint("j", "a", "b", axis=(0, 0, 2)))
-    assert machine_of(describe(long, ""), "").remarks == (
+    assert machine_of(describe(long, ""), "").origin.remarks == (
         "axes that are not of length 1 give directions only: joint 'j'",
-        "no mass is given for the links on these joints, none is taken: 'j'",
+        "the links on these joints have no mass in the file and are massless: 'j'",
     )
     hull = robot(A, B, C, joint("i", "a", "b"), joint("j", "a", "c"))
-    (held,) = machine_of(describe(hull, ""), "").remarks
+    (held,) = machine_of(describe(hull, ""), "").origin.remarks
     assert held.startswith("link 'a' is held, its mass of 1 kg is at rest")
 
 
@@ -260,7 +263,7 @@ def test_no_damage_raises_anything_else() -> None:
     for _ in range(400):
         text = damaged(rng)
         try:
-            check(renamed(machine_of(describe(text, "robot.urdf"), "robot.urdf"), reserved_words()))
+            check(with_valid_names(machine_of(describe(text, "robot.urdf"), "robot.urdf"), reserved_words()))
         except InputError as error:
             assert str(error).startswith("robot.urdf: ") and "\n" not in str(error), text
             refused += 1

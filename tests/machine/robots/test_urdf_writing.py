@@ -10,15 +10,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine, toml
-from symoro_elastic.machine.formats.robots.modified_dh import machine_of
-from symoro_elastic.machine.formats.robots.rows import about_x, about_z
-from symoro_elastic.machine.formats.robots.urdf import describe, rotation
-from symoro_elastic.machine.formats.robots.urdf_writing import rpy_of, write
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.robots.displacements import about_x, about_z
+from symoro_elastic.formats.robots.modified_dh import machine_of
+from symoro_elastic.formats.robots.urdf import describe, rotation
+from symoro_elastic.formats.robots.urdf_writing import rpy_of, write
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.renaming import renamed
+from symoro_elastic.machine.valid_names import with_valid_names
 from tests.machine.robots.samples import ARM, GRIPPER, joint, link, random_robots, robot
 
 HEAD = 'name = "m"\ngravity = [0, 0, -9.81]\njoints = [\n'
@@ -32,7 +33,7 @@ FLOATING = (
 
 
 def read(text: str) -> Machine:
-    return renamed(machine_of(describe(text, "robot.urdf"), "robot.urdf"))
+    return with_valid_names(machine_of(describe(text, "robot.urdf"), "robot.urdf"))
 
 
 def again(machine: Machine) -> Machine:
@@ -85,8 +86,8 @@ def test_random_robots_survive_urdf_and_toml(text: str) -> None:
     machine = toml.read(toml.write(read(text)), "robot.toml")
     written = Robot(write(machine))
     rng = np.random.default_rng(0)
-    q, qd, qdd = rng.normal(size=(3, len(machine.moving)))
-    names = [row.name for row in machine.moving_joints]
+    q, qd, qdd = rng.normal(size=(3, len(machine.independent)))
+    names = [row.name for row in machine.independent_joints]
     motion = Motion(*(dict(zip(names, x, strict=True)) for x in (q, qd, qdd)))
     tau = pinocchio_model.inertia_matrix(machine, q) @ qdd + pinocchio_model.bias_forces(machine, q, qd)
     found = [written.torques(motion)[name] for name in names]
@@ -97,7 +98,7 @@ def test_random_robots_survive_urdf_and_toml(text: str) -> None:
 
 
 def test_bodies_about_the_origin_are_written_about_the_centre_of_mass() -> None:
-    from symoro_elastic.machine.formats.central import about_origin
+    from symoro_elastic.formats.central import about_origin
 
     machine = read(ARM)
     origin = replace(machine, joints=tuple(replace(row, body=about_origin(row.body)) for row in machine.joints))
@@ -124,7 +125,7 @@ def test_links_of_the_base_have_names_that_are_free() -> None:
     ("text", "why"),
     [
         (SOFT, "joint 1 (a), kind: elastic: URDF has no springs: lock the joint"),
-        (RIGID.replace("motor", "passive"), "joint 1 (a), kind: passive: URDF does not say what has no motor"),
+        (RIGID.replace("motor", "passive"), "joint 1 (a), kind: passive: URDF cannot say which joint has no motor"),
         (RIGID + "[motors]\nb = { rotor_inertia = 1 }\n", "joint 2 (b), rotor_inertia: URDF has no rotors"),
         (RIGID + "[wrenches]\nb = { force = [0, 1, 0] }\n", "joint 2 (b), force y: URDF has no forces on bodies"),
         (RIGID + "[friction]\na = { coulomb = 1, creep = 0.1 }\n", "joint 1 (a), creep: URDF has no such friction"),

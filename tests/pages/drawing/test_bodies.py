@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from symoro_elastic.drawing.bodies import box_of
 from symoro_elastic.machine.machine import Body
+from symoro_elastic.pages.drawing.figure import box_of
 from tests.compiled_models import cell
 
 NO_NAMES: dict[str, float] = {}

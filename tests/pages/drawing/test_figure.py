@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.drawing.figure import UNIT, Figure, figure_of
-from symoro_elastic.drawing.placements import Placements, placements_of
-from symoro_elastic.drawing.projection import view_of
-from symoro_elastic.drawing.shapes import Shape, Wire, bent, inverse, slip
-from symoro_elastic.drawing.svg import machine_picture
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import BASE_PARAMETERS, Kind
+from symoro_elastic.machine.machine import Kind
 from symoro_elastic.models.joint_axes import placed_machine
+from symoro_elastic.pages.drawing.figure import UNIT, Figure, figure_of
+from symoro_elastic.pages.drawing.placements import Placements, placements_of
+from symoro_elastic.pages.drawing.projection import view_of
+from symoro_elastic.pages.drawing.shapes import Shape, Wire, bend, inverse, slip
+from symoro_elastic.pages.drawing.svg import machine_picture
 from tests.command_line import EXAMPLES
 
-CLOSED = Path(__file__).parents[1] / "closed_chains" / "machines"
+CLOSED = Path(__file__).parents[2] / "closed_chains" / "machines"
 MOVED = {
     "two_axis.toml": {"motor_x": 0.1, "bed_yaw": 0.2, "cart_x": -0.03},
     "gantry.toml": {"carriage_1": 0.02, "ram": -0.1},
@@ -70,14 +70,14 @@ def test_springs_hang_between_antecedent_and_joint() -> None:
     rng = np.random.default_rng(1)
     q = found.start + rng.uniform(-0.3, 0.3, len(found.start))
     T = found.at(q)
-    entry = {j: k for k, j in enumerate(found.machine.moving)}
+    entry = {j: k for k, j in enumerate(found.machine.independent)}
     assert len(springs(still)) == 10
     for wire in springs(still):
         j, a = wire.frame, still.antecedents[wire.frame]
         seen = (inverse(T[a]) @ T[j], inverse(still.reference[a]) @ still.reference[j])
         moved = slip(*seen, still.slides[j])
         assert moved == pytest.approx(q[entry[j]] - found.start[entry[j]], abs=1e-12)
-        points = bent(wire, moved, still.slides[j])
+        points = bend(wire, moved, still.slides[j])
         fixed, free = int(np.argmax(wire.behind)), int(np.argmin(wire.behind))
         assert wire.behind[fixed] == 1 and wire.behind[free] == 0
         np.testing.assert_allclose(points[free], wire.points[free])
@@ -154,7 +154,7 @@ def test_bodies_that_cannot_be_are_said_to_be() -> None:
     wrong = placements_of(replace(two_r, joints=(replace(two_r.joints[0], body=body), *two_r.joints[1:])))
     (remark,) = figure_of(wrong, wrong.start).remarks
     assert remark == "no evenly filled box has the inertia of these bodies, drawn flat: shoulder"
-    grouped = placements_of(replace(two_r, extras={BASE_PARAMETERS: "true"}))
+    grouped = placements_of(replace(two_r, is_grouped=True))
     found = figure_of(grouped, grouped.start)
     assert "base parameters" in found.remarks[0] and not any(shape.role == "body" for shape in found.shapes)
 
@@ -162,7 +162,7 @@ def test_bodies_that_cannot_be_are_said_to_be() -> None:
 def test_numbers_beyond_all_range_are_refused_or_said() -> None:
     two_r = read_machine(EXAMPLES / "planar_2r.toml")[0]
     far = placements_of(replace(two_r, joints=(*two_r.joints[:2], replace(two_r.joints[2], d=Formula.parse(1e300)))))
-    with pytest.raises(InputError, match="m large: 1e\\+06 m is the most that is drawn, check units"):
+    with pytest.raises(InputError, match="m large: 1e\\+06 m is the largest that is drawn: check units"):
         figure_of(far, far.start)
     moments = tuple(map(Formula.parse, (1e200, 0, 0)))
     body = replace(two_r.joints[0].body, moments=moments, mass=Formula.parse(1e-9), central=False)
@@ -183,7 +183,7 @@ def test_names_of_very_many_frames_are_left_out() -> None:
 def test_positions_where_a_loop_does_not_close_are_refused() -> None:
     """Two jacks pulled out by a metre."""
     found = placements_of(read_machine(CLOSED / "two_jack_arm.toml")[0])
-    names = [joint.name for joint in found.machine.moving_joints]
+    names = [joint.name for joint in found.machine.independent_joints]
     q = found.start + np.eye(len(names))[names.index("rod_1")]
     with pytest.raises(InputError, match="boom_jack, stick_jack does not close there: give another position"):
         found.at(q)

@@ -1,4 +1,4 @@
-"""The page of a machine: one file that loads nothing, texts that are no markup, modes and motions as computed."""
+"""The page of a machine: one file that loads nothing, texts that are not markup, modes and motions as computed."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ import numpy as np
 import pytest
 
 import symoro_elastic
-from symoro_elastic.drawing.motions import motions_data, simulated_motion, with_base
-from symoro_elastic.drawing.page import machine_page
-from symoro_elastic.drawing.placements import placements_of
-from symoro_elastic.drawing.shown import ShownMachine, shown_machine
-from symoro_elastic.drawing.vibrations import HELD, modes_data
-from symoro_elastic.errors import InputError
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.analysis.vibration.energies import frame_shapes
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.vibration.energies import frame_shapes
+from symoro_elastic.models.state import State
+from symoro_elastic.pages.drawing.motions import motions_data, simulated_motion, with_base
+from symoro_elastic.pages.drawing.page import machine_page
+from symoro_elastic.pages.drawing.placements import placements_of
+from symoro_elastic.pages.drawing.shown import ShownMachine, shown_machine
+from symoro_elastic.pages.drawing.vibrations import HELD, modes_data
 from tests.command_line import EXAMPLES, ended, refused, run
 from tests.generated_code import COMPILERS
 
@@ -95,7 +96,7 @@ def test_the_same_machine_gives_the_same_page_of_reasonable_size() -> None:
 
 
 def test_names_and_notes_are_data_and_never_markup() -> None:
-    hostile = replace(machine("planar_2r.toml"), name=HOSTILE, notes=(HOSTILE,))
+    hostile = replace(machine("planar_2r.toml"), name=HOSTILE).with_notes(HOSTILE)
     hostile = replace(hostile, joints=tuple(replace(j, name=f"{HOSTILE}{k}") for k, j in enumerate(hostile.joints)))
     text = machine_page(shown_machine(hostile, {}))
     assert "alert(1)</script>" not in text and "<b>" not in text
@@ -133,16 +134,16 @@ def test_machines_without_values_or_springs_have_no_modes_and_say_so_where_they_
 def test_sliders_are_those_of_the_motors_and_of_all_other_joints() -> None:
     joints = data(page("two_axis.toml"))["joints"]
     assert [joint["name"] for joint in joints if joint["motor"]] == ["motor_x", "motor_y"]
-    assert [joint["frame"] for joint in joints] == list(machine("two_axis.toml").moving)
+    assert [joint["frame"] for joint in joints] == list(machine("two_axis.toml").independent)
     assert all(joint["reach"] > 0 for joint in joints)
 
 
 @pytest.mark.skipif(not COMPILERS, reason="needs a C compiler")
 def test_motions_are_played_as_simulated() -> None:
     """Reference and deviation add to the simulated motion at the times shown, to the 8 digits that are written."""
-    from symoro_elastic.machine.formats.motions import read_motions
-    from symoro_elastic.model_ladder.simulate import Request, simulate
-    from symoro_elastic.simulation.reference import reference_of
+    from symoro_elastic.analysis.simulation.reference_motion import reference_of
+    from symoro_elastic.analysis.simulation.simulate import Request, simulate
+    from symoro_elastic.formats.toml.motions import read_motions
 
     found = machine("planar_2r.toml")
     (motion,) = read_motions(EXAMPLES / "scenes" / "planar_2r_move.toml", found)
@@ -162,7 +163,7 @@ def test_a_floating_base_is_played_where_it_is() -> None:
     turned = Rotation.from_rotvec(rng.uniform(-1, 1, (5, 3)))
     base = {"P0": rng.normal(size=(5, 3)), "Q0": turned.as_quat(scalar_first=True)}
     frame = [joint.name for joint in found.machine.joints].index("base") + 1
-    for k, q in enumerate(with_base(np.zeros((5, 2)), base)):
+    for k, q in enumerate(with_base(np.zeros((5, 2)), State(base))):
         T = found.at(q)[frame]
         np.testing.assert_allclose(T[:3, :3], turned[k].as_matrix(), atol=1e-14)
         np.testing.assert_allclose(T[:3, 3], base["P0"][k], atol=1e-14)

@@ -1,4 +1,4 @@
-"""Pictures: names that are read, text that is no markup, the same bytes."""
+"""Pictures: names that are read, text that is not a markup, the same bytes."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from symoro_elastic.drawing.files import write_picture
-from symoro_elastic.drawing.labels import Label, labelled, overlap
-from symoro_elastic.drawing.projection import hull
-from symoro_elastic.drawing.svg import Picture, machine_picture, svg
-from symoro_elastic.machine.formats import read_machine
+from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.pages.drawing.picture_files import write_picture
+from symoro_elastic.pages.drawing.projection import hull
+from symoro_elastic.pages.drawing.svg import Label, Picture, machine_picture, overlap, place_labels, svg
 from tests.command_line import EXAMPLES, refused, run
+
+pytestmark = pytest.mark.sampled(5)
 
 SVG = "{http://www.w3.org/2000/svg}"
 MACHINES = ("two_axis.toml", "gantry.toml", "palletizer.toml", "rx90.par", "floating_arm.toml")
@@ -49,9 +50,10 @@ def test_labels_avoid_each_other(name: str) -> None:
         assert left <= label.box[0] and label.box[2] <= right and top <= label.box[1] and label.box[3] <= bottom
 
 
+@pytest.mark.thorough
 def test_labels_of_one_point_avoid_each_other_however_many() -> None:
     anchors = np.zeros((60, 2))
-    labels = labelled([f"joint_{k}" for k in range(60)], anchors, np.zeros((0, 4)))
+    labels = place_labels([f"joint_{k}" for k in range(60)], anchors, np.zeros((0, 4)))
     refuse_overlaps(labels)
     assert all((label.anchor_x, label.anchor_y) == (0, 0) for label in labels)
 
@@ -113,6 +115,7 @@ def test_show_draws_the_machine_at_a_position(tmp_path: Path) -> None:
     assert drawn == svg(machine_picture(two_r, {"elbow": 0.5})) != svg(machine_picture(two_r))
 
 
+@pytest.mark.thorough
 def test_pictures_of_dots_have_the_same_bytes(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     for k in (1, 2):

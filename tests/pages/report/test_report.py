@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.reports.definitions import linked
+from symoro_elastic.pages.equations.page import link_symbols
 from tests.golden import ROOT
-from tests.reports.document_readers import Page
+from tests.pages.document_readers import Page
 
 DRIVE: dict[str, Any] = {
     "name": "drive",
@@ -103,7 +103,7 @@ def test_the_same_bytes_every_time(page: str) -> None:
 
 def test_symbols_are_linked_to_the_longest_definition() -> None:
     defined = {"<msub>a</msub>": "a", "<mrow><msub>a</msub>b</mrow>": "ab"}
-    found = linked("<mo>x</mo><mrow><msub>a</msub>b</mrow><msub>a</msub>", defined)
+    found = link_symbols("<mo>x</mo><mrow><msub>a</msub>b</mrow><msub>a</msub>", defined)
     assert re.findall(r'data-of="(\w+)"', found) == ["ab", "a"]
 
 

@@ -1,28 +1,35 @@
 """What changes of outputs follow from small motions: dy = Cq d + Cv d' + Ca d'', at every time of a motion.
 
-Outputs are signals (`vibration/signals.py`), and torques of motors: `motor_x.tau`.
+Outputs are signals (`numerics/motion/signals.py`), and torques of motors: `motor_x.tau`. Where static springs deflect
+by the reactions in the motion, placements x of frames change by
+
+    dx = J_R dq_R + J_E dq_E,    dq_E = (dq_E/dq_R) dq_R + (dq_E/dv_R) dv_R + (dq_E/da_R) da_R
+
+R are the joints that move, E those of the static springs; q_E(q_R, v_R, a_R) is the model `static_deflections`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray
+from symoro_elastic.analysis.simulation.prediction.samples import between, slopes
+from symoro_elastic.analysis.simulation.prediction.small_motion import SmallMotion
+from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import BASE, Asked
-from symoro_elastic.model_ladder.deflections import Deflections, placement_rows
-from symoro_elastic.model_ladder.samples import between, slopes
-from symoro_elastic.model_ladder.small_motion import SmallMotion
+from symoro_elastic.machine.scene import BASE, RequestedPart
+from symoro_elastic.machine.static_springs import with_free_springs
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.vibration.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs
-from symoro_elastic.vibration.signals import outputs as output_signals
+from symoro_elastic.numerics.motion.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs
+from symoro_elastic.numerics.motion.signals import outputs as output_signals
 
 MOTION_MODELS = ("jacobian", "velocities", "accelerations")
 """Models by the order of the output that their results are rows of."""
 Three = tuple[Array, Array, Array]
+Deflections = Callable[[Array, Array, Array], Array]
+"""q_E (N, s) of states q, v, a (N, n)."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +51,11 @@ class Outputs:
         return replace(self, Cq=Cq, Cv=Cv, Ca=Ca)
 
     @property
-    def thinned(self) -> Outputs:
+    def every_second(self) -> Outputs:
         """The rows at every second time."""
         return replace(self, Cq=self.Cq[::2], Cv=self.Cv[::2], Ca=self.Ca[::2])
 
-    def deflected(self, springs: Sequence[int], by: Three) -> Outputs:
+    def of_following_springs(self, springs: Sequence[int], by: Three) -> Outputs:
         """Return the rows where the variables of springs (s,) follow others: d_E = by_q d + by_v d' + by_a d''.
 
         `by` are (N, s, n), zero for the springs themselves.
@@ -126,4 +133,26 @@ def _add_frames(
 
 
 def _in_base(machine: Machine, signal: FrameSignal) -> str:
-    return str(Asked(machine.joints[signal.number - 1].name, signal.at, BASE))
+    return str(RequestedPart(machine.joints[signal.number - 1].name, signal.at, BASE))
+
+
+def placement_rows(machine: Machine, frames: Sequence[str], states: Three, deflections: Deflections) -> Three:
+    """Return the derivatives (N, frames, 6, n) of placements by q, v, a of the joints that move; SI units, frame 0."""
+    free = replace(with_free_springs(machine), static={})
+    static = {joint.name for joint in machine.static.values()}
+    names = [joint.name for joint in free.independent_joints]
+    E = [k for k, name in enumerate(names) if name in static]
+    R = [k for k, name in enumerate(names) if name not in static]
+    q, v, a = states
+    placed = np.zeros((len(q), len(names)))
+    placed[:, R], placed[:, E] = q, deflections(q, v, a)
+    J = numpy_model(free, ("jacobian",), {"jacobian": tuple(frames)}).jacobian(placed)
+    by_q, by_v, by_a = (
+        np.einsum("tfce,ten->tfcn", J[..., E], x)
+        for x in (
+            slopes(lambda q: deflections(q, v, a), q),
+            slopes(lambda v: deflections(q, v, a), v),
+            slopes(lambda a: deflections(q, v, a), a),
+        )
+    )
+    return J[..., R] + by_q, by_v, by_a

@@ -9,7 +9,7 @@ motion, so d is wrong by O(d^2). The next step is about q_r + d, v_r + d', a_r +
 holds M d'' + D d' + K d of the step before. What springs cost then is wrong by the square of the difference that they
 make.
 
-Motors without servo follow exactly: their rows are no equations then, but give their torques.
+Motors without servo follow exactly: their rows are not equations then, but give their torques.
 """
 
 from __future__ import annotations
@@ -22,23 +22,24 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray
-from symoro_elastic.errors import InputError
-from symoro_elastic.model_ladder.outputs import Outputs, outputs_along
-from symoro_elastic.model_ladder.refusals import refuse_machine
-from symoro_elastic.model_ladder.samples import between
-from symoro_elastic.model_ladder.small_motion import LinearMotion, SmallMotion, small_motion
+from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, Three, outputs_along
+from symoro_elastic.analysis.simulation.prediction.samples import between
+from symoro_elastic.analysis.simulation.prediction.small_motion import LinearMotion, SmallMotion, small_motion
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.analysis.vibration.following import refuse_sticking
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.static_deflections import DEFLECTIONS
 from symoro_elastic.numerics.implementations import numpy_model
-from symoro_elastic.simulation.reference import Reference
-from symoro_elastic.vibration.equations_of_motion import EquationsOfMotion
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.inertia import refuse_singular
 
 SAMPLES = 800
 """Times along a motion."""
 NEWTON_STEPS = 2
 NEAR = 10.0
 """Of a deviation, rad or m: beyond it the linear model tells nothing."""
-Three = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True)
@@ -97,17 +98,17 @@ class LinearPath:
         E = list(static)
         by = np.array([-x[:, E] / self.stiffness[E, None] for x in (self.K, self.D, self.M)])
         by[..., E] = 0.0
-        return replace(self, outputs=self.outputs.deflected(E, (by[0], by[1], by[2])))
+        return replace(self, outputs=self.outputs.of_following_springs(E, (by[0], by[1], by[2])))
 
     def states(self, t: Array) -> tuple[Array, Array, Array]:
         """Return q_r, v_r, a_r (N, n) at times (N,)."""
         return self.reference.states(t)
 
     @property
-    def thinned(self) -> LinearPath:
+    def every_second(self) -> LinearPath:
         """The model at every second time."""
         M, D, K, R = (x[::2] for x in (self.M, self.D, self.K, self.R))
-        return replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, outputs=self.outputs.thinned)
+        return replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, outputs=self.outputs.every_second)
 
     def finer(self, samples: int) -> LinearPath:
         """Return the model at other times, evenly spaced: cubic between those that are known."""
@@ -202,7 +203,7 @@ class _Along:
         finite: BoolArray = np.all([np.isfinite(x.reshape(len(self.t), -1)).all(axis=1) for x in arrays], axis=0)
         if not finite.all():
             first = self.t[int(np.argmin(finite))]
-            what = f"the torques of the reference are no numbers at {first:.4g} s: change the motion or its start"
+            what = f"the torques of the reference are not numbers at {first:.4g} s: change the motion or its start"
             raise InputError(self.machine.label, "motion", what)
 
 
@@ -219,3 +220,27 @@ def _laws(motion: EquationsOfMotion, start: Array) -> tuple[Array, Array, Array]
     numbers = np.array([[cell.value(motion.parameters) for cell in row] for row in cells], dtype=float)
     stiffness, damping, viscous, neutral = numbers.T
     return stiffness.copy(), damping + viscous, stiffness * (start - neutral)
+
+
+def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
+    """Raise `InputError` for joints that depend on others, dry friction without a motor, and no inertia."""
+    refuse_coupled(motion.given)
+    refuse_sticking(motion)
+    (M,) = motion.matrices("M", start.q, start.qd, start.qdd)
+    refuse_singular(motion, M, range(len(start.q)), can_hold=False)
+
+
+def refuse_coupled(machine: Machine) -> None:
+    """Raise `InputError` where joints depend on the variables of others."""
+    if not machine.is_coupled:
+        return
+    if machine.loops:
+        raise machine.error(f"loop {machine.loops[0].name}", "the ladder does not handle loops: use simulate")
+    variables = set(machine.variables)
+    for joint in machine.joints:
+        others = variables & set(joint.selected.names) - {str(joint.variable)}
+        if others:
+            what = (
+                f"it follows {', '.join(sorted(others))}, and the ladder does not handle coupled joints: use simulate"
+            )
+            raise machine.error(f"joint {joint.name}", what)

@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.model_ladder.path import SAMPLES, LinearPath, linear_path
-from symoro_elastic.model_ladder.spring_errors import Deviations
-from symoro_elastic.model_ladder.whole_steps import rounded_down
-from symoro_elastic.simulation.reference import Reference
+from symoro_elastic.analysis.simulation.periods import rounded_down
+from symoro_elastic.analysis.simulation.prediction.path import SAMPLES, LinearPath, linear_path
+from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.foundation.array_types import Array
 
 IN_DETAIL = 20
 """Samples in the shortest move, rise of a force or period of a wobble."""
@@ -33,7 +33,7 @@ def resolved_path(reference: Reference, tolerance: Mapping[str, float]) -> Linea
     """
     path = path_if_resolved(reference, tolerance)
     if path is None:
-        what = f"{reference.duration:g} s are too long for the short moves or the vibrations in it: shorten it"
+        what = f"{reference.duration:g} s are too long for the short moves or vibrations in it: shorten it"
         raise reference.prescribed.error("duration", what)
     return path
 
@@ -62,8 +62,8 @@ def refuse_unresolved(reference: Reference) -> None:
     """Raise `InputError` for motions whose shortest part takes more steps to tell than are carried out."""
     steps = in_detail(reference)
     if steps > MOST_IN_DETAIL:
-        what = f"its shortest move, rise of a force or period of a wobble takes {min(_times(reference)):.3g} s: "
-        what = f"{what}{steps:.3g} steps, some {steps * SLOW / 3600:.2g} h, {MOST_IN_DETAIL:.0e} are the most; "
+        what = f"its shortest move, rise of a force or period of an oscillation takes {min(_times(reference)):.3g} s: "
+        what = f"{what}{steps:.3g} steps, some {steps * SLOW / 3600:.2g} h, {MOST_IN_DETAIL:.0e} is the limit; "
         most = rounded_down(reference.duration * MOST_IN_DETAIL / steps)
         what += f"give at most {most} s, or leave that part out"
         raise reference.prescribed.error("duration", what)
@@ -80,7 +80,7 @@ def _times(reference: Reference) -> Iterator[float]:
 
 def is_resolved(path: LinearPath, tolerance: Mapping[str, float]) -> bool:
     """Whether every second sample gives the same outputs."""
-    found, half = (_largest(Deviations(each).outputs) for each in (path, path.thinned))
+    found, half = (_largest(Deviations(each).outputs) for each in (path, path.every_second))
     apart = np.abs(found - half).max(axis=0)
     allowed = OF_TOLERANCE * np.array([tolerance.get(name, 0.0) for name in path.outputs.names])
     return bool((apart <= np.maximum(OF_DEVIATION * found.max(axis=0), allowed)).all())

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
+from symoro_elastic.foundation.array_types import Array
 
 NEIGHBOURS = range(4)
 STEP = 1e-6
@@ -26,7 +26,7 @@ def between(t: Array, x: Array, wanted: Array) -> Array:
     return total
 
 
-def joined(h: float, x: tuple[Array, Array, Array], wanted: Array) -> tuple[Array, Array]:
+def interpolate(h: float, x: tuple[Array, Array, Array], wanted: Array) -> tuple[Array, Array]:
     """Return x and x' (M, ...) at times (M,) from x, x', x'' (N, ...) at times h apart from 0.
 
     Between samples they are polynomials of degree 5 with these values at both ends.

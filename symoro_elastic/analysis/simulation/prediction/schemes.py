@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array
-from symoro_elastic.integration.methods import Method, times_of
-from symoro_elastic.integration.midpoint import Midpoint
-from symoro_elastic.integration.rosenbrock import Rosenbrock
-from symoro_elastic.integration.tableaus import Coefficients, Tableau
-from symoro_elastic.integration.w_methods import WMethod
+from symoro_elastic.codegen.integration.methods import Method, Midpoint, times_of
+from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
+from symoro_elastic.codegen.integration.tableaus import Coefficients, Tableau
+from symoro_elastic.codegen.integration.w_methods import WMethod
+from symoro_elastic.foundation.array_types import AnyArray, Array
 
 Rate = Callable[[int, AnyArray], AnyArray]
 Solve = Callable[[AnyArray], AnyArray]
@@ -51,12 +50,12 @@ def gamma(method: Method) -> float:
 
 
 @singledispatch
-def stepped(method: Method, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
+def step(method: Method, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
     """Return y (...,) after a step of h; `of_time` is df/dt at its start, which methods with exact derivatives take."""
     raise NotImplementedError
 
 
-@stepped.register
+@step.register
 def _(method: Tableau, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
     k: list[AnyArray] = []
     for i, row in enumerate(method.A):
@@ -64,7 +63,7 @@ def _(method: Tableau, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: An
     return y + h * _sum(method.b, k)
 
 
-@stepped.register
+@step.register
 def _(method: WMethod, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
     k: list[AnyArray] = []
     for i, (a, g) in enumerate(zip(method.a, method.g, strict=True)):
@@ -73,7 +72,7 @@ def _(method: WMethod, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: An
     return y + h * _sum(method.b, k)
 
 
-@stepped.register
+@step.register
 def _(method: Rosenbrock, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
     u: list[AnyArray] = []
     for i, (a, c) in enumerate(zip(method.a, method.c, strict=True)):
@@ -82,7 +81,7 @@ def _(method: Rosenbrock, h: float, y: AnyArray, f: Rate, solve: Solve, of_time:
     return y + _sum(method.m, u)
 
 
-@stepped.register
+@step.register
 def _(method: Midpoint, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: AnyArray) -> AnyArray:
     k = 0.0 * y
     for _iteration in range(method.iterations):
@@ -93,7 +92,7 @@ def _(method: Midpoint, h: float, y: AnyArray, f: Rate, solve: Solve, of_time: A
 def growth(method: Method, z: AnyArray) -> AnyArray:
     """Return R(z): what a step makes of y where y' = lambda y, z = lambda h and T is exact."""
     one = np.ones_like(z)
-    return stepped(method, 1.0, one, lambda _, y: z * y, lambda r: r / (1 - gamma(method) * z), 0.0 * one)
+    return step(method, 1.0, one, lambda _, y: z * y, lambda r: r / (1 - gamma(method) * z), 0.0 * one)
 
 
 def _sum(weights: Coefficients, terms: list[AnyArray]) -> AnyArray:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.array_types import AnyArray, Array
+from symoro_elastic.foundation.array_types import AnyArray, Array
 
 _c = 0.5 + np.sqrt(3) / 6 * np.array([-1.0, 1.0])
 _A = np.array([[0.25, 0.25 - np.sqrt(3) / 6], [0.25 + np.sqrt(3) / 6, 0.25]])

@@ -17,9 +17,9 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.model_ladder.path import LinearPath
-from symoro_elastic.model_ladder.small_motion import SmallMotion
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath
+from symoro_elastic.analysis.simulation.prediction.small_motion import SmallMotion
+from symoro_elastic.foundation.array_types import Array
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Deviations:
         """Return the errors (sets, outputs) of springs that are locked, and that are static."""
         path, reduced = self.path, self.path.without(sets)
         locked = path.outputs.of(reduced)
-        recovered = path.outputs.of(_moved_by(reduced, self.static_deflections(reduced, sets)))
+        recovered = path.outputs.of(replace(reduced, d=reduced.d + self.static_deflections(reduced, sets)))
         static = np.where(path.outputs.follows, recovered, locked)
         whole = self.outputs[:, None]
         return np.abs(whole - locked).max(axis=0), np.abs(whole - static).max(axis=0)
@@ -70,10 +70,6 @@ class Deviations:
         load = path.R[:, None] - sum(np.einsum("tij,tsj->tsi", matrix, x) for matrix, x in taken)
         deflections: Array = load * left_out / np.where(path.stiffness, path.stiffness, np.inf)
         return deflections
-
-
-def _moved_by(motion: SmallMotion, deflections: Array) -> SmallMotion:
-    return replace(motion, d=motion.d + deflections)
 
 
 def spring_errors(paths: Sequence[Deviations], sets: Sequence[Collection[int]]) -> list[Errors]:

@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 
-from symoro_elastic.array_types import Array, BoolArray, ComplexArray
-from symoro_elastic.integration.methods import Method
-from symoro_elastic.model_ladder.path import LinearPath
-from symoro_elastic.model_ladder.schemes import growth
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath
+from symoro_elastic.analysis.simulation.prediction.schemes import growth
+from symoro_elastic.codegen.integration.methods import Method
+from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 
 ROUNDING = 1e-9
 """Growth in a step that is rounding of a pole and no instability."""

@@ -15,15 +15,15 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.array_types import Array
-from symoro_elastic.integration.methods import Method
-from symoro_elastic.integration.rosenbrock import Rosenbrock
-from symoro_elastic.integration.tableaus import Tableau
-from symoro_elastic.model_ladder.path import LinearPath
-from symoro_elastic.model_ladder.samples import between, joined
-from symoro_elastic.model_ladder.schemes import gamma, in_floats, nodes, stepped
-from symoro_elastic.model_ladder.small_motion import SmallMotion
-from symoro_elastic.model_ladder.spring_errors import relative
+from symoro_elastic.analysis.simulation.prediction.path import LinearPath
+from symoro_elastic.analysis.simulation.prediction.samples import between, interpolate
+from symoro_elastic.analysis.simulation.prediction.schemes import gamma, in_floats, nodes, step
+from symoro_elastic.analysis.simulation.prediction.small_motion import SmallMotion
+from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
+from symoro_elastic.codegen.integration.methods import Method
+from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
+from symoro_elastic.codegen.integration.tableaus import Tableau
+from symoro_elastic.foundation.array_types import Array
 
 FINE = 4
 """Steps of the fine run between samples of the model, at least."""
@@ -95,7 +95,7 @@ class _Steps:
         def solution(r: Array) -> Array:
             return self.solver.solution(k, r) if self.solver else r
 
-        after: Array = stepped(self.method, self.h, y, rate, solution, self._of_time(k, y))
+        after: Array = step(self.method, self.h, y, rate, solution, self._of_time(k, y))
         after[self.driven] = self.ends[k, self.driven]
         return after
 
@@ -145,7 +145,7 @@ class StepErrors:
         """Return y (N, 2n) of the linear model at times t."""
         found = self._solution
         h = self.path.h / FINE
-        value, rate = joined(h, (found.d[:, 0], found.dd[:, 0], found.ddd[:, 0]), t)
+        value, rate = interpolate(h, (found.d[:, 0], found.dd[:, 0], found.ddd[:, 0]), t)
         y: Array = self._states(t) + np.concatenate([value, rate], axis=1)
         return y
 

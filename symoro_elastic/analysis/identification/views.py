@@ -1,0 +1,180 @@
+"""What an identification found, and an exciting trajectory, as text, as columns and as data for JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from symoro_elastic.analysis.identification.estimation import Estimate
+from symoro_elastic.analysis.identification.identified import Identified
+from symoro_elastic.analysis.identification.identify import Identification
+from symoro_elastic.analysis.identification.trajectory import ExcitingTrajectory, MotorRange
+from symoro_elastic.analysis.identification.validation import Fit, own_fit
+from symoro_elastic.analysis.time_series import writing
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.results import (
+    Field,
+    Part,
+    arrays_of,
+    columns_of,
+    declare,
+    json_of,
+    parts_of,
+    plain,
+    table_of,
+)
+from symoro_elastic.machine.machine import Machine
+
+declare(
+    Estimate,
+    Field("label", "unknown.label", json=False, column="label"),
+    Field("formula", "unknown.formula", column="formula"),
+    Field("value", column="value"),
+    Field("file", "unknown.nominal"),
+    Field("std", column="std"),
+    Field("relative_std", "relative"),
+    Field("unit", "unknown.unit", column="unit"),
+    Field("verdict", lambda e: str(e.verdict), column="verdict"),
+    Field("reason"),
+)
+declare(Fit, Field("source"), Field("residual_rms", "residual"), Field("residual_percent", "percent"))
+declare(
+    Identification,
+    Field("parameters", lambda x: {e.unknown.label: e for e in x.estimates}, rows=Estimate),
+    Field("neutral_positions", lambda x: {name: {"value": q0, "std": std} for name, (q0, std) in x.neutral.items()}),
+    Field("residual_std", lambda x: dict(zip(x.estimation.joints, x.estimation.solution.sigma, strict=True))),
+    Field("residual_percent", lambda x: own_fit(x).percent),
+    Field("condition", "estimation.solution.condition"),
+    Field("samples", lambda x: len(x.t)),
+    Field("not_identifiable", "estimation.not_identifiable"),
+    Field("notes"),
+)
+declare(Identified, Field("estimates", "found.estimates", rows=Estimate))
+
+
+@parts_of.register
+def _(result: Identification) -> list[Part]:
+    return _parts(result, [own_fit(result)])
+
+
+@parts_of.register
+def _(result: Identified) -> list[Part]:
+    return _parts(result.found, [own_fit(result.found), *([result.validation] if result.validation else [])])
+
+
+def _parts(result: Identification, fits: Sequence[Fit]) -> list[Part]:
+    """Return the table of parameters, neutral positions, residuals and notes."""
+    estimates = table(result, file_values(result) or None, "file")
+    residuals = [line for fit in fits for line in _residuals(fit, result.machine)]
+    return [estimates, *neutral_positions(result), *residuals, *result.notes]
+
+
+@json_of.register
+def _(result: Identified) -> dict[str, Any]:
+    validation = {"validation": plain(result.validation)} if result.validation else {}
+    return {**json_of(result.found), **validation}
+
+
+def file_values(result: Identification) -> dict[str, float]:
+    """Return the values that the machine's file gives, by label; those that it does not give are missing."""
+    nominal = {e.unknown.label: e.unknown.nominal for e in result.estimates}
+    return {label: x for label, x in nominal.items() if not math.isnan(x)}
+
+
+def table(result: Identification, true: Mapping[str, float] | None = None, head: str = "true") -> str:
+    """Return the estimates as aligned text; `true` values by label where they are known, under the title `head`."""
+    heads = ["parameter", *([head] if true is not None else []), "estimated", "std", "std %", "unit", "verdict"]
+    rows = [heads]
+    for e in result.estimates:
+        given = [_number((true or {}).get(e.unknown.label, math.nan))] if true is not None else []
+        percent = "-" if not math.isfinite(e.relative) else f"{100 * e.relative:.2g}"
+        verdict = f"{e.verdict}: {e.reason}" if e.reason else str(e.verdict)
+        rows.append([e.unknown.formula, *given, _number(e.value), _number(e.std), percent, e.unknown.unit, verdict])
+    widths = [max(len(row[k]) for row in rows) for k in range(len(heads) - 1)]
+    return "\n".join(
+        "  ".join([row[0].ljust(widths[0]), *(x.rjust(w) for x, w in zip(row[1:-1], widths[1:], strict=True)), row[-1]])
+        for row in rows
+    )
+
+
+def _number(x: float) -> str:
+    return "-" if math.isnan(x) else f"{x:.5g}"
+
+
+def neutral_positions(result: Identification) -> list[str]:
+    """Return a line for each spring with an identified neutral position."""
+    units = {joint.name: joint.unit for joint in result.machine.joints}
+    return [
+        f"neutral position of {name}: {q0:.5g} {units[name]}, std {std:.2g}"
+        for name, (q0, std) in result.neutral.items()
+    ]
+
+
+def _residuals(fit: Fit, machine: Machine) -> list[str]:
+    """Return a line for each joint that motors drive: its residual, and in per cent of the torque."""
+    units = {joint.name: joint.force_unit for joint in machine.independent_joints}
+    return [
+        f"{fit.source}: {name}: {fit.percent[name]:.3g} % of the torque, {residual:.3g} {units[name]} rms"
+        for name, residual in fit.residual.items()
+    ]
+
+
+declare(
+    MotorRange,
+    Field("name", head="motor", json=False),
+    Field("position", head="position", text=lambda x: _range(x.position)),
+    Field("position_limits", head="of", text=lambda x: _range(x.position_limits)),
+    Field("velocity", head="velocity"),
+    Field("velocity_limit", head="of"),
+    Field("acceleration", head="acceleration"),
+    Field("acceleration_limit", head="of"),
+    Field("centre"),
+    Field("a"),
+    Field("b"),
+)
+declare(
+    ExcitingTrajectory,
+    Field("condition_before", "best.before"),
+    Field("condition", "best.condition"),
+    Field("parameters", "best.columns"),
+    Field("frequency", "best.motion.frequency"),
+    Field("duration", lambda x: x.sampled.t[-1]),
+    Field("start", "sampled.start"),
+    Field("samples", lambda x: len(x.sampled.t)),
+    Field("motors", lambda x: {motor.name: motor for motor in x.motors}),
+)
+
+
+def _range(limits: tuple[float, float]) -> str:
+    return f"{limits[0]:.4g} : {limits[1]:.4g}"
+
+
+@parts_of.register
+def _(found: ExcitingTrajectory) -> list[Part]:
+    """Return the table of what is reached of the limits, and sentences about the parameters it excites."""
+    best, sampled = found.best, found.sampled
+    return [
+        table_of(MotorRange, found.motors, f"{found.machine.name}: reached of the limits"),
+        f"condition number of the regressor: {best.before:.4g} at the first random motion, {best.condition:.4g} now",
+        f"for {len(best.columns)} parameters: {', '.join(best.columns)}",
+        *_sought_friction(best.columns),
+        f"{sampled.t[-1]:g} s, {len(sampled.t)} samples: start and stop {sampled.start:g} s each, "
+        "at rest where it ends",
+    ]
+
+
+def _sought_friction(parameters: Sequence[str]) -> list[str]:
+    """Return a line on friction that is estimated."""
+    friction = [label for label in parameters if label.startswith(("FV", "FS"))]
+    what = "are sought for every motor, whether or not its table gives friction, for every motor has some"
+    return [f"FV, FS (viscous, dry friction) {what}: exclude them by --known {friction[0]} ..."] if friction else []
+
+
+@arrays_of.register
+@columns_of.register
+def _(found: ExcitingTrajectory) -> dict[str, Array]:
+    """Return t, q_<motor>, qd_<motor>, qdd_<motor>, a row a sample."""
+    sampled, names = found.sampled, [joint.name for joint in found.machine.motor_joints]
+    blocks = (("q", sampled.q, names), ("qd", sampled.qd, names), ("qdd", sampled.qdd, names))
+    return writing.columns_of(sampled.t, *blocks)

@@ -1,0 +1,1 @@
+"""Motions of a machine over time: reference motions and simulated motions."""

@@ -1,0 +1,158 @@
+"""Simulated motions as tables, as sentences, as data for JSON, and as columns of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from symoro_elastic.analysis.simulation.energy_balance import EnergyBalance
+from symoro_elastic.analysis.simulation.events import Crossing
+from symoro_elastic.analysis.simulation.periods import quantity
+from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.analysis.simulation.tolerances import unit_of
+from symoro_elastic.analysis.time_series import writing
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.foundation.results import Field, Part, Table, arrays_of, columns_of, declare, parts_of, table_of
+from symoro_elastic.models.motor_coordinates import dependent_motors
+from symoro_elastic.numerics.closed_positions import JointCoordinates
+from symoro_elastic.numerics.values import given_values
+from symoro_elastic.quantities import ON_BASE
+
+UNBALANCED = 1e-2
+"""Of the largest energy: what is left over where torques are not exact."""
+
+
+def _step(found: Simulation) -> str:
+    step = found.trajectory.step
+    return f"{step:.4g} s" if found.operations else f"{step:.2g} s on average"
+
+
+def _largest_deviation(found: Simulation) -> dict[str, float]:
+    return dict(zip(found.names, abs(found.deviation).max(axis=0).tolist(), strict=True))
+
+
+declare(
+    Simulation,
+    Field("motion", "reference.prescribed.place"),
+    Field("method", "trajectory.method", "method"),
+    Field("steps", "trajectory.steps", "steps"),
+    Field("step", "trajectory.step", "step", text=_step),
+    Field("operations", lambda x: x.operations or None, "operations"),
+    Field(
+        "seconds_per_step", "trajectory.seconds", "time of a step", text=lambda x: quantity(x.trajectory.seconds, "s")
+    ),
+    Field(
+        "seconds",
+        head="of all steps",
+        text=lambda x: quantity(x.trajectory.seconds * x.trajectory.steps, "s"),
+        json=False,
+    ),
+    Field("errors"),
+    Field("tolerance"),
+    Field("predicted"),
+    Field("within_tolerance", "is_within"),
+    Field("largest_deviation", _largest_deviation),
+    Field("energy"),
+    Field("damped_above", "followed"),
+    Field("largest_step"),
+    Field("steps_of_period", lambda x: x.steps_of_period or None),
+    Field("events", "crossings"),
+)
+declare(EnergyBalance, *map(Field, ("put_in", "dissipated", "stored", "left_over", "largest")))
+declare(Crossing, *map(Field, ("signal", "level", "t", "upwards")))
+
+
+@parts_of.register
+def _(found: Simulation) -> list[Part]:
+    title = f"{found.reference.machine.name}: {found.reference.prescribed.place}, {found.motion.t[-1]:g} s"
+    return [table_of(Simulation, [found], title), _errors_table(found), *_lines(found)]
+
+
+@arrays_of.register
+def _(found: Simulation) -> dict[str, Array]:
+    """Return t, q_, qd_, qdd_ of joints and tau_ of motors, a row a step, as records of measurements have them.
+
+    Joints are the independent ones, and those of motors that follow from loops.
+    """
+    motion = found.motion
+    joints = [joint.name for joint in found.reference.machine.independent_joints]
+    blocks = (("q", motion.q, joints), ("qd", motion.qd, joints), ("qdd", motion.qdd, joints))
+    of_motors = _of_dependent_motors(found)
+    of_joints = writing.columns_of(motion.t, *blocks, *of_motors, ("tau", motion.tau, found.reference.motors))
+    return of_joints | _base_columns(motion.base)
+
+
+@columns_of.register
+def _(found: Simulation) -> dict[str, Array]:
+    """Return the arrays, and the outputs."""
+    return {**found.arrays(), **dict(zip(found.names, found.outputs.T, strict=True))}
+
+
+def _of_dependent_motors(found: Simulation) -> Iterator[tuple[str, Array, list[str]]]:
+    """Yield positions, velocities and accelerations of the motors that follow from loops."""
+    machine, motion = found.reference.machine, found.motion
+    joints = dependent_motors(machine)
+    if joints:
+        names = [machine.joint(j).name for j in joints]
+        blocks = JointCoordinates(machine, joints)(motion)
+        yield from ((quantity, block, names) for quantity, block in zip(("q", "qd", "qdd"), blocks, strict=True))
+
+
+def _base_columns(base: Mapping[str, Array]) -> dict[str, Array]:
+    """Return a column for each entry of the blocks of a base, named as in generated code: P0_x, V0_1 ..."""
+    found = [(row.entries, base[row.name]) for row in ON_BASE if row.name in base]
+    return {entry: block[:, k] + 0.0 for entries, block in found for k, entry in enumerate(entries)}
+
+
+def _errors_table(found: Simulation) -> Table:
+    """Return the errors of the outputs: measured, allowed and predicted, and how far they are from the reference."""
+    table = Table(("output", "error measured", "tolerance", "predicted", "largest deviation", ""))
+    for name, deviation in _largest_deviation(found).items():
+        error, limit, predicted = found.errors[name], found.tolerance.get(name), found.predicted.get(name)
+        table.add_row(
+            f"{name}, {unit_of(found.reference.machine, name)}",
+            f"{error:.2e}",
+            "-" if limit is None else f"{limit:.2e}",
+            "-" if predicted is None or np.isnan(predicted) else f"{predicted:.2e}",
+            f"{deviation:.4g}",
+            "" if limit is None else "ok" if error <= limit else "above its tolerance",
+        )
+    return table
+
+
+def _lines(found: Simulation) -> list[str]:
+    """Return sentences about energy, vibrations, periods of a controller and events."""
+    energy = found.energy
+    lines = [
+        f"energy: {energy.put_in:.5g} J put in, {energy.dissipated:.5g} J dissipated, {energy.stored:.5g} J stored; "
+        f"{energy.left_over:.1e} J left over, of up to {energy.largest:.4g} J of motion and springs"
+    ]
+    if abs(energy.left_over) > UNBALANCED * energy.largest:
+        lines.append(
+            "energies and torques are less accurate than the outputs: add torques (<motor>.tau) to the tolerances"
+        )
+    lines += _creeping(found)
+    if found.followed is not None:
+        lines.append(f"vibrations above {found.followed:.4g} Hz are damped, not followed")
+    if found.largest_step < float("inf"):
+        lines.append(f"{found.trajectory.method} is stable up to steps of {found.largest_step:.3g} s here")
+    for x in found.crossings:
+        lines.append(f"{x.signal} crosses {x.level:g} {'upwards' if x.upwards else 'downwards'} at {x.t:.9g} s")
+    return lines
+
+
+def _creeping(found: Simulation) -> list[str]:
+    """Return how far joints creep while dry friction holds them, at less than the speed of its law."""
+    machine, motion, values = found.reference.machine, found.motion, given_values(found.reference.machine)
+    trapezoid = for_vibrations("scipy.integrate").trapezoid
+    lines = []
+    for k, joint in enumerate(machine.independent_joints):
+        speed, unit = joint.friction.creep.value(values), joint.unit
+        if speed and joint.friction.coulomb.value(values):
+            rates = np.abs(motion.qd[:, k])
+            crept = trapezoid(np.where(rates < speed, rates, 0.0), motion.t)
+            what = f"by a creep below {speed:g} {unit}/s: {crept:.2g} {unit} in all"
+            lines.append(f"dry friction holds {joint.name} {what}")
+    return lines

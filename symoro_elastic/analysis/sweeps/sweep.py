@@ -1,0 +1,290 @@
+"""The result of a sweep: values at points, the influence of each quantity on them, and files.
+
+Files are .csv with a row for each point, NetCDF with a dimension for each quantity of a grid, .npz.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.analysis.sweeps.design import Design
+from symoro_elastic.analysis.sweeps.tasks import Outcome
+from symoro_elastic.analysis.time_series.writing import CSV, NPZ, write_columns
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.output_files import permission, write_file, write_text
+from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.names import did_you_mean, quote
+
+FEWEST = 3
+"""Points of which ranks are correlated."""
+
+NETCDF = ".nc"
+FORMS = (CSV, NETCDF, NPZ)
+"""Endings of files."""
+REASON = "reason"
+
+
+@dataclass(frozen=True, repr=False)
+class Sweep(Result):
+    """Figures (N,) by name at the N points of a design; NaN where a point has none, with the reason.
+
+    `units` are those of quantities and results, where they are known. Points are in the order of the design: of a grid
+    the last quantity varies fastest.
+    """
+
+    machine: str
+    of: str
+    design: Design
+    figures: Mapping[str, Array]
+    reasons: tuple[str, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Names of what is swept."""
+        return self.design.names
+
+    @property
+    def points(self) -> Array:
+        """Values of the quantities (N, quantities), SI units, radians."""
+        return self.design.points
+
+    @property
+    def failures(self) -> int:
+        """Number of points without a result."""
+        return sum(map(bool, self.reasons))
+
+    @cached_property
+    def influence(self) -> Influence:
+        """What each quantity does to each figure: slopes on a grid, rank correlations in a sample."""
+        return influence(self.design, self.figures)
+
+    def on_grid(self, name: str) -> Array:
+        """Return a figure as an array with a dimension for each quantity of a grid."""
+        return self.figures[name].reshape(self.design.lengths or (-1,))
+
+    @property
+    def headline(self) -> str:
+        """Machine, points, quantities and results."""
+        failed = f", {self.failures} without a result" if self.failures else ""
+        where = f"{len(self.points)} points of {', '.join(self.quantities)}"
+        return f"Sweep of {self.machine}: {self.of} at {where}{failed}"
+
+    def dataset(self) -> Any:
+        """Return an `xarray.Dataset`: a dimension for each quantity of a grid, or `point`; raises `InputError`."""
+        return _dataset(self)
+
+    def write(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write a .csv, .nc (NetCDF) or .npz file, and return its path; raises `InputError`."""
+        with permission(force=force):
+            save(self, path)
+        return Path(path)
+
+
+def sweep_of(
+    machine: str,
+    of: str,
+    design: Design,
+    outcomes: Sequence[Outcome],
+    units: Mapping[str, str],
+    patterns: Collection[str] = (),
+) -> Sweep:
+    """Return the sweep of these outcomes; of all results, or of those that match a pattern. Raises `InputError`."""
+    names = list(dict.fromkeys(name for one in outcomes for name in one.figures))
+    names = _chosen(names, patterns)
+    missing = {name: float("nan") for name in names}
+    rows = [{**missing, **one.figures} for one in outcomes]
+    figures = {name: np.array([row[name] for row in rows]) for name in names}
+    taken = set(design.names).intersection(names)
+    if taken or REASON in names:
+        what = f"{min(taken | {REASON})!r} is a column already: give the result another name"
+        raise InputError("symoro-elastic", "--of", what)
+    reasons = tuple(one.reason for one in outcomes)
+    return Sweep(machine, of, design, figures, reasons, {name: unit for name, unit in units.items() if unit})
+
+
+def _chosen(names: list[str], patterns: Collection[str]) -> list[str]:
+    """Return the names that match a pattern; raises `InputError` for a pattern that none matches."""
+    for pattern in patterns:
+        if not any(_matches(name, pattern) for name in names):
+            what = f"there is no result {quote(pattern)}{did_you_mean(pattern, names)}"
+            raise InputError("symoro-elastic", "--result", what)
+    return [name for name in names if not patterns or any(_matches(name, pattern) for pattern in patterns)]
+
+
+def _matches(name: str, pattern: str) -> bool:
+    return name == pattern or fnmatchcase(name, pattern)
+
+
+def refuse_form(path: str | Path) -> None:
+    """Raise `InputError` for a file whose suffix is not a known format, or whose format needs a package."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMS:
+        what = f"there is no format {Path(path).suffix!r}: end the name with {', '.join(FORMS[:-1])} or {FORMS[-1]}"
+        raise InputError(str(path), "--out", what)
+    if suffix == NETCDF:
+        _xarray()
+
+
+def save(found: Sweep, path: str | Path) -> None:
+    """Write a sweep in the form of the file's ending, the same bytes for the same numbers. Raises `InputError`."""
+    refuse_form(path)
+    suffix = Path(path).suffix.lower()
+    if suffix == CSV:
+        write_text(_csv(found), path, "--out")
+    elif suffix == NETCDF:
+        write_file(bytes(_dataset(found).to_netcdf(engine="scipy", format="NETCDF3_64BIT")), path, "--out")
+    else:
+        write_columns(found.arrays(), path)
+
+
+def _csv(found: Sweep) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    columns = found.arrays()
+    writer.writerow([*(_header(found, name) for name in columns), REASON])
+    rows = np.column_stack(list(columns.values())).tolist()
+    writer.writerows([*row, reason] for row, reason in zip(rows, found.reasons, strict=True))
+    return text.getvalue()
+
+
+def _header(found: Sweep, name: str) -> str:
+    return f"{name} [{found.units[name]}]" if name in found.units else name
+
+
+def _dataset(found: Sweep) -> Any:
+    """Return an `xarray.Dataset` with units and, where points failed, their reasons; raises `InputError`."""
+    design = found.design
+    dims = design.names if design.is_grid else ("point",)
+    shape = design.lengths or (-1,)
+    if design.is_grid:
+        coords: dict[str, Any] = {name: (name, design.along(k)) for k, name in enumerate(design.names)}
+    else:
+        coords = {name: ("point", found.points[:, k]) for k, name in enumerate(design.names)}
+    figures: dict[str, Any] = {name: (dims, x.reshape(shape)) for name, x in found.figures.items()}
+    if found.failures:
+        figures[REASON] = (dims, np.array([x.encode("utf-8") for x in found.reasons]).reshape(shape))
+    names = {name: name.replace("/", "over") for name in figures}
+    made = _xarray().Dataset({names[name]: x for name, x in figures.items()}, coords, _attributes(found))
+    for name in (*coords, *figures):
+        if name in found.units:
+            made[names.get(name, name)].attrs["units"] = found.units[name]
+    return made
+
+
+def _attributes(found: Sweep) -> dict[str, Any]:
+    seed = {} if found.design.is_grid else {"seed": found.design.seed}
+    return {"title": f"{found.of} of {found.machine}", "sampling": found.design.sampling, **seed}
+
+
+def _xarray() -> Any:
+    import_optional("scipy.io", "NetCDF", "sweep")
+    return import_optional("xarray", "NetCDF", "sweep")
+
+
+# What quantities do to figures: local slopes on a grid, correlations of ranks in a sample.
+@dataclass(frozen=True)
+class Influence:
+    """The influence (figures, quantities) of each quantity on each result; NaN where it is unknown.
+
+    On a grid it is the share of the range of the figure that its mean passes through along the quantity, -1 to 1, and
+    `slopes` (figures, quantities) are the medians of the local slopes d ln f / d ln x. In a sample it is Spearman's
+    correlation of ranks, and there are no slopes.
+    """
+
+    figures: tuple[str, ...]
+    quantities: tuple[str, ...]
+    values: Array
+    slopes: Array | None = None
+
+    @property
+    def title(self) -> str:
+        """What the numbers are."""
+        if self.slopes is None:
+            return "influence: correlation of ranks"
+        return "influence: share of the range / per cent by per cent"
+
+    def strongest(self) -> list[int]:
+        """Return the numbers of the quantities, that with the largest influence on any figure first."""
+        most = np.nan_to_num(np.abs(self.values)).max(axis=0, initial=0.0)
+        return [int(k) for k in np.argsort(-most, kind="stable")]
+
+
+def influence(design: Design, figures: Mapping[str, Array]) -> Influence:
+    """Return the influence of the quantities of a design on results (N,)."""
+    each = [(_of_grid if design.is_grid else _of_sample)(design, x) for x in figures.values()]
+    values = np.array([row for row, _ in each]).reshape(len(figures), len(design.names))
+    slopes = np.array([row for _, row in each]).reshape(values.shape) if design.is_grid else None
+    return Influence(tuple(figures), design.names, values, slopes)
+
+
+def local_slopes(design: Design, figure: Array, k: int) -> Array:
+    """Return d ln|f| / d ln|x| (lengths) by the k-th quantity of a grid, by central differences of the logarithms.
+
+    A power of x has its exponent on any grid. NaN where the quantity has one value, is 0 or changes its sign, and at
+    points without a value, with the value 0, or beside one that has none or one of the other sign.
+    """
+    x = design.along(k)
+    if len(x) < 2 or not (x.min() > 0 or x.max() < 0):
+        return np.full(design.lengths, np.nan)
+    order = np.argsort(x, kind="stable")
+    f = np.take(figure.reshape(design.lengths), order, axis=k)
+    slopes = np.full(f.shape, np.nan)
+    for sign in (1.0, -1.0):
+        here = sign * f > 0
+        logarithms = np.log(sign * f, where=here, out=np.full(f.shape, np.nan))
+        slopes = np.where(here, np.gradient(logarithms, np.log(np.abs(x[order])), axis=k), slopes)
+    found: Array = np.take(slopes, np.argsort(order, kind="stable"), axis=k)
+    return found
+
+
+def _of_grid(design: Design, figure: Array) -> tuple[Array, Array]:
+    figure = np.where(np.isfinite(figure), figure, np.nan)
+    shares, relative = np.full((2, len(design.names)), np.nan)
+    there = figure[~np.isnan(figure)]
+    whole = float(np.ptp(there)) if len(there) else 0.0
+    on_grid = figure.reshape(design.lengths)
+    for k in range(len(design.names)):
+        x = design.along(k)
+        if len(x) < 2 or not len(there):
+            continue
+        means = _means(np.moveaxis(on_grid, k, 0).reshape(len(x), -1))[np.argsort(x, kind="stable")]
+        way = np.sign(np.nan_to_num(means[-1] - means[0])) or 1.0
+        shares[k] = way * np.ptp(means[~np.isnan(means)]) / whole if whole else 0.0
+        slopes = local_slopes(design, figure, k)
+        usable = np.isfinite(slopes)
+        relative[k] = np.median(slopes[usable]) if usable.any() else np.nan
+    return shares, relative
+
+
+def _means(rows: Array) -> Array:
+    """Return the mean of each row over its numbers; NaN where it has none."""
+    there = ~np.isnan(rows)
+    count = there.sum(axis=1)
+    found: Array = np.where(count > 0, np.where(there, rows, 0.0).sum(axis=1) / np.maximum(count, 1), np.nan)
+    return found
+
+
+def _of_sample(design: Design, figure: Array) -> tuple[Array, Array]:
+    """Return Spearman's correlations over the points with a value; 0 where the figure does not change."""
+    there = ~np.isnan(figure)
+    found = np.full(len(design.names), np.nan)
+    if there.sum() >= FEWEST:
+        ranked = import_optional("scipy.stats", "correlation of ranks", "sweep").rankdata
+        y = ranked(figure[there])
+        for k in range(len(design.names)):
+            x = ranked(design.points[there, k])
+            both = float(np.ptp(x) * np.ptp(y))
+            found[k] = np.corrcoef(x, y)[0, 1] if both else 0.0
+    return found, found

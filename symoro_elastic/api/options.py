@@ -1,0 +1,456 @@
+"""The options of all operations: a record for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from symoro_elastic.api import kinds
+from symoro_elastic.api.declaration import Options, argument, option, switch
+from symoro_elastic.api.rows import (
+    ANALYSES,
+    EFFORTS,
+    Gains,
+    Of,
+    Over,
+    Range,
+    Ranges,
+    Record,
+    SceneLike,
+    Values,
+    announce_row,
+    at_row,
+    duration_row,
+    force_row,
+    form_names,
+    known_row,
+    merge_angles_row,
+    method_names,
+    model_names,
+    motion_row,
+    motors_or_all,
+    parameters_or_all,
+    precision_names,
+    progress_row,
+    sample_rate_row,
+    sampling_names,
+    scene_row,
+    seed_row,
+    start_row,
+    table_names,
+    target_names,
+    values_row,
+)
+
+if TYPE_CHECKING:
+    from symoro_elastic.analysis.time_series.preparation import Preparation
+    from symoro_elastic.foundation.array_types import Array
+    from symoro_elastic.foundation.progress import Announce, Progress, StepProgress
+
+# Machines and models
+
+
+class Reading(Options):
+    """How a machine is read."""
+
+    base: bool = switch("Group the inertial parameters: fewer operations, the same motion.")
+    free: Sequence[str] = option(
+        (), "TABLES", "Tables whose numbers stay parameters of generated code: {names}.", kinds.WORDS,
+        names=table_names,
+    )  # fmt: skip
+    snap: float | None = option(
+        None, "[TOL]", "Round angles of a robot within TOL (rad) to multiples of pi/12, and lengths within TOL (m) to "
+        "zero (default 1e-9).", kinds.NUMBER, bare="1e-9",
+    )  # fmt: skip
+    elastic: Mapping[str, float | Sequence[float]] | None = option(
+        None, "JOINT=K[:IA]", "Put a spring behind the motor of a joint of a robot: stiffness, N m/rad or N/m, and "
+        "inertia of the rotor reflected to the joint, kg m2 or kg.", kinds.SPRINGS,
+    )  # fmt: skip
+
+
+class Requested(Options):
+    """Models, constants and outputs that are added to those of a scene."""
+
+    only: Mapping[str, Sequence[str]] | None = option(
+        None, "MODEL=NAME", "Only this joint or frame of a model, as in 'jacobian=tool at (0.1, 0, L2) in base', or "
+        "these columns of derivatives, as in 'direct_dynamics_parameter_derivatives by M1, K2'.", kinds.REQUESTS,
+        formerly=("outputs",),
+    )  # fmt: skip
+    fold: Sequence[str] = option(
+        (), "NAME|all", "Parameter that becomes a constant.", kinds.TEXTS, of_machine=parameters_or_all
+    )
+    scene: SceneLike = scene_row("of models, outputs, constants and locked joints")
+
+
+class RequestedModels(Requested):
+    """Models, with the form of direct_dynamics."""
+
+    models: Sequence[str] = option(
+        (), "NAME", "Model, as `symoro-elastic models` lists them (default: those of the scene, else direct_dynamics "
+        "and inverse_dynamics).", kinds.TEXTS, names=model_names,
+    )  # fmt: skip
+    form: str = option(
+        "recursion", "NAME", "Form of direct_dynamics: {names} (inertia: through the inertia matrix; auto: "
+        "whichever is faster and as accurate).", names=form_names,
+    )  # fmt: skip
+
+
+class Loading(RequestedModels):
+    """Models that are loaded as functions."""
+
+    steps: Sequence[str] = argument((), "Time steps beside the models (numpy alone): {names}.", names=method_names)
+    backend: Any = argument(
+        "numpy", '"numpy": generated numpy functions; "c": the generated C, compiled by $CC, gcc or clang; "casadi": '
+        'functions of CasADi; "jax": functions that JAX traces, differentiates and maps; "sympy": functions of '
+        "expressions; or an array library such as torch, by its module."
+    )  # fmt: skip
+
+
+class Generating(RequestedModels):
+    """What is generated, and where it is written."""
+
+    targets: Sequence[str] = option(
+        (), "NAME", "Target: {names} (default: numpy and c).", kinds.TEXTS, names=target_names
+    )
+    out: str | Path = option("generated", "FOLDER", "Folder of generated machines.", kinds.OUTPUT_FOLDER)
+    precisions: Sequence[str] = option(
+        (), "NAME", "Precision of the C code: {names} (default: double).", kinds.TEXTS, names=precision_names
+    )
+    report: bool = switch("Compile the C, and report stack, size and instructions of each function.")
+    compiler: str = option(
+        "", "COMMAND", "Compiler of the report (default: that of this computer).", formerly=("--cc",)
+    )
+    compiler_flags: str = option(
+        "", "OPTIONS", "Its options, after -O2, as in '-mcpu=cortex-m7'.", formerly=("--cflags",)
+    )
+    fmi: int = option(2, "N", "Version of FMI of an FMU, 2 or 3.", kinds.WHOLE, least=2, most=3)
+    start: Values = start_row()
+    merge_angles: float | None = merge_angles_row()
+    steps: Sequence[str] = argument((), "Time steps beside the models: {names}.", names=method_names)
+    force: bool = force_row()
+    announce: Announce = announce_row()
+
+
+class Checking(RequestedModels):
+    """What is verified."""
+
+    seed: int = seed_row()
+    announce: Announce = announce_row()
+    progress: Progress = progress_row()
+
+
+class Writing(Requested, kw_only=False):
+    """Equations that are written out."""
+
+    model: str = option(
+        "", "NAME", "Model to write out (default: the first of the scene, else direct_dynamics).", names=model_names
+    )
+    _: KW_ONLY
+    announce: Announce = announce_row()
+
+
+class Trading(RequestedModels):
+    """Builds that are tried, and the states and rounds that they are measured in."""
+
+    merge_angles: float | None = merge_angles_row()
+    effort: str = option(
+        "usual", "NAME", "Builds that are tried: {names} (quick: one compiler with its best flags; all: every "
+        "combination, however long it takes).", names=lambda: EFFORTS, formerly=("--quick=quick", "--all=all"),
+    )  # fmt: skip
+    extreme: bool = switch("Measure at extreme states instead of moderate ones.")
+    states: int = option(
+        20_000, "N", "States to measure errors at; more make the bound at other states tighter.", kinds.WHOLE,
+        least=1, most=1_000_000,
+    )  # fmt: skip
+    rounds: int = option(15, "N", "Rounds of timing.", kinds.WHOLE, least=1, most=10_000)
+    seed: int = seed_row()
+    watched: StepProgress | None = argument(None, "Called with the name of a step; returns what counts its work.")
+
+
+class Drawing(Options):
+    """Where a machine is drawn."""
+
+    at: Values = at_row()
+    scene: SceneLike = scene_row("of locked joints")
+    values: Values = values_row()
+
+
+class Viewing(Options, kw_only=False):
+    """What the page of a machine shows."""
+
+    scene: SceneLike = scene_row(
+        "whose joints are locked, and whose [motion] is simulated and played (default: those of MACHINE)"
+    )
+    _: KW_ONLY
+    at: Values = at_row()
+    values: Values = values_row()
+    announce: Announce = announce_row()
+    progress: Progress = progress_row()
+
+
+class Reporting(Options, kw_only=False):
+    """What the report of a machine is about."""
+
+    scene: SceneLike = scene_row("of locked joints, [motion] and [wanted]")
+    _: KW_ONLY
+    values: Values = values_row()
+    announce: Announce = announce_row()
+    progress: Progress = progress_row()
+
+
+# Vibration
+
+
+class OperatingPoint(Options):
+    """Where a machine is linearized, and which of its motors are held."""
+
+    at: Values = at_row(", or initial guess for another joint")
+    torques: Values = option(
+        {}, "MOTOR=X", "Torque or force of a motor that is free to move to its equilibrium.", kinds.NUMBERS
+    )
+    rates: Values = option({}, "JOINT=X", "Velocity of a joint, with --as-given.", kinds.NUMBERS)
+    as_given: bool = switch("Take --at, --rate and --torque as the state instead of an equilibrium.")
+    hold: Sequence[str] = option(
+        (), "MOTOR|all", "Motor that is held (default: motors are free).", kinds.TEXTS, of_machine=motors_or_all
+    )
+    pd: Gains | None = option({}, "MOTOR=KP:KD", "Gains of a motor's position controller.", kinds.GAINS)
+    hover: bool = switch("Carry a floating base in place by a force and a moment of constant direction.")
+    thrusts: Mapping[str, float | None] | None = option(
+        {}, "FRAME.fz[=X]", "Force or moment that turns with its frame and carries a floating base (fx ... mz, N or "
+        "N m; computed without X).", kinds.NUMBERS_OR_NONE,
+    )  # fmt: skip
+
+
+class Signals(Options):
+    """Inputs and outputs of a linear model."""
+
+    inputs: Sequence[str] = option(
+        (), "NAME", "Input: motor_x.tau, tool.fx ... tool.mz (default: all motors).", kinds.TEXTS
+    )
+    outputs: Sequence[str] = option(
+        (), "NAME", "Output: motor_x.q, tool.x, tool.vx, tool.ax, 'tool at (0.1, 0, L2).rz' ... (default: encoders of "
+        "the motors).", kinds.TEXTS,
+    )  # fmt: skip
+
+
+class ParametersAndScene(Options):
+    """Values of parameters, and a scene that locks joints."""
+
+    values: Values = values_row()
+    scene: SceneLike = scene_row("of locked joints")
+
+
+class Placed(Options, kw_only=False):
+    """An operating point given as one object."""
+
+    point: OperatingPoint | None = argument(
+        None, "The operating point, instead of its options by name; those given beside it replace its own."
+    )
+
+
+class Linearizing(ParametersAndScene, Signals, OperatingPoint, Placed):
+    """What `linearize` takes."""
+
+
+class Oscillating(ParametersAndScene, OperatingPoint, Placed):
+    """What `modes` takes."""
+
+
+class Frequencies(Options):
+    """Frequencies of a response, and damping that is added to it."""
+
+    frequencies: Sequence[float] | Array | None = option(
+        (), "HZ", "Frequency, Hz, at which the magnitude of a response is computed.", kinds.LIST
+    )
+    damping: float = option(0.0, "RATIO", "Damping ratio added to every mode of a response: 0.01 is 1 %.", kinds.NUMBER)
+
+
+class Responding(Frequencies, ParametersAndScene, Signals, OperatingPoint, Placed):
+    """What `response` takes."""
+
+    band: tuple[float, float, int] | None = option(
+        None, "LOW:HIGH[:COUNT]", "Band of frequencies, Hz, on a logarithmic scale (default: around all poles).",
+        kinds.BAND, formerly=("--frequencies",),
+    )  # fmt: skip
+
+
+class Comparing(Options, kw_only=False):
+    """What `compare` takes."""
+
+    motion: str | Path | None = motion_row(
+        "Motion of all joints with torques, or of the motors alone (springs follow), .csv or .npz (default: a move)."
+    )
+    _: KW_ONLY
+    at: Values = at_row(", or initial guess for another joint")
+    values: Values = values_row()
+    ratios: Values = option(
+        {}, "MOTOR=N", "Gear ratio: turns of the rotor per turn of its joint; couples them in the full model.",
+        kinds.NUMBERS,
+    )  # fmt: skip
+    stroke: float = option(0.1, "X", "Stroke of the move, of every motor, rad or m.", kinds.NUMBER)
+    duration: float | None = duration_row()
+    free_motors: bool = switch(
+        "Compute natural frequencies with free motors instead of held ones.", formerly=("--free", "free")
+    )
+    scene: SceneLike = scene_row("of locked joints")
+    progress: Progress = progress_row()
+
+
+class Following(Options, kw_only=False):
+    """What `feed_forward` takes."""
+
+    motion: str | Path | None = motion_row(
+        "Reference trajectory: .csv or .npz with t, y_<motor>, yd_<motor> ..., or positions only (default: a move). "
+        "Where motors follow from loops, as in a delta, y_<joint> of the independent joints."
+    )
+    _: KW_ONLY
+    strokes: Values | float = option(
+        {}, "[MOTOR=]X", "Stroke of the move, rad or m (default: 0.1 for every motor).", kinds.NUMBERS_OR_DEFAULT
+    )
+    duration: float | None = duration_row()
+    start: Values = start_row()
+    degree: int | None = option(
+        None, "N", "Degree of the splines of a move, or through the positions of a file (default: one more than "
+        "necessary).", kinds.WHOLE,
+    )  # fmt: skip
+    sample_rate: float | None = sample_rate_row(None)
+    values: Values = values_row()
+    scene: SceneLike = scene_row("of locked joints")
+
+
+# Motions
+
+
+class EvenSteps(Options):
+    """Even steps of a method."""
+
+    method: str | None = option(
+        None, "NAME", "Method of even steps: {names} (default: the cheapest by prediction).", names=method_names
+    )
+    step: float | None = option(
+        None, "S", "Step of a simulation, s (default: the longest that is accurate enough).", kinds.NUMBER
+    )
+
+
+class Integrating(EvenSteps):
+    """How to integrate: even steps of a method, or steps that are adapted and locate events."""
+
+    adaptive: bool = switch("Steps of scipy's DOP853 or Radau, adapted to the motion.")
+    events: Values = option(
+        {}, "JOINT.q=X", "Event: a joint's position (.q) or velocity (.qd) crosses a level.", kinds.NUMBERS
+    )
+    stop: bool = switch("End the motion at the first event.")
+
+
+class Simulating(Integrating, kw_only=False):
+    """What `simulate` takes."""
+
+    scene: SceneLike = scene_row("with [motion], or several, [wanted] and [scene] (default: those of MACHINE)")
+    _: KW_ONLY
+    values: Values = values_row()
+    announce: Announce = announce_row()
+    progress: Progress = progress_row()
+
+
+class Climbing(Options, kw_only=False):
+    """What `ladder` takes."""
+
+    scene: SceneLike = scene_row("with the tables [motion] and [wanted]")
+    _: KW_ONLY
+    box: Ranges | None = option(
+        {}, "JOINT=LOW:HIGH", "Range of positions at which the motion may start, rad or m.", kinds.RANGES,
+        formerly=("--from",),
+    )  # fmt: skip
+    starts: int = option(
+        20, "N", "Positions in the ranges of --box that are tried, a Latin hypercube.", kinds.WHOLE,
+        least=1, most=1000,
+    )  # fmt: skip
+    announce: Announce = announce_row()
+    progress: Progress = progress_row()
+
+
+class Sweeping(Frequencies, Signals, EvenSteps, OperatingPoint, Placed):
+    """What `sweep` takes."""
+
+    over: Over = option(
+        {}, "NAME=VALUES", "Values of a parameter, of a number of the table (ram.stiffness, ram.k) or of a position "
+        "(q.motor_x): LOW:HIGH:COUNT[,log] or X1,X2,...; with --samples LOW:HIGH[,log], normal:MEAN:DEVIATION or "
+        "lognormal:MEDIAN:DEVIATION.", kinds.AXES,
+    )  # fmt: skip
+    of: Of = option(
+        "modes", "NAME", "What is computed at each point: {names}.", names=lambda: ANALYSES,
+        in_python="Or a function of the machine (and of the positions, a dictionary) that returns a dictionary of "
+        "numbers.",
+    )  # fmt: skip
+    samples: int | None = option(None, "N", "Number of random points (instead of a grid).", kinds.WHOLE)
+    sampling: str | None = option(
+        None, "NAME", "How points are drawn: latin (a Latin hypercube, default), random or sobol.", names=sampling_names
+    )
+    seed: int | None = option(None, "N", "Random seed (default 0).", kinds.WHOLE)
+    results: Sequence[str] = option(
+        (), "NAME", "Result to keep, or a pattern such as 'frequency_*' (default: all).", kinds.TEXTS,
+        formerly=("--figure", "figures"),
+    )  # fmt: skip
+    workers: int = option(1, "N", "Processes that compute points; 0 is one on each core.", kinds.WHOLE)
+    scheduler: str | None = option(None, "ADDRESS", "Dask scheduler whose workers compute points: tcp://host:8786.")
+    journal: str | Path | None = argument(
+        None, "A file to which each point is written when it is computed; a sweep that was interrupted goes on from "
+        "there. The file is left when it ends, and an equal sweep takes its results from there."
+    )  # fmt: skip
+    values: Values = values_row()
+    scene: SceneLike = scene_row("with [motion] and [wanted], or of locked joints")
+    progress: Progress = progress_row()
+
+
+# Measured machines
+
+
+def _limits(metavar: str, meaning: str) -> Any:
+    what = f"{meaning} of all motors, or of one (NAME=...), SI units."
+    return option(..., metavar, what, kinds.LIMITS)
+
+
+class Exciting(Options, kw_only=False):
+    """What `excite` takes."""
+
+    position: Ranges | Range = _limits("[NAME=]LOW:HIGH", "Range of positions")
+    velocity: Values | Ranges | float = _limits("[NAME=]MAX", "Largest velocity")
+    acceleration: Values | Ranges | float = _limits("[NAME=]MAX", "Largest acceleration")
+    _: KW_ONLY
+    fundamental: float = option(
+        0.1, "HZ", "Fundamental frequency of the motion, Hz.", kinds.NUMBER, above=0,
+        formerly=("--frequency", "frequency"),
+    )  # fmt: skip
+    harmonics: int = option(5, "N", "Harmonics of the Fourier series.", kinds.WHOLE, least=1, most=50)
+    periods: int = option(3, "N", "Periods of the motion, without start and stop.", kinds.WHOLE, least=1, most=1000)
+    sample_rate: float = sample_rate_row(1000.0, above=0)
+    evaluations: int = option(1500, "N", "Motions that the search evaluates.", kinds.WHOLE, least=1, most=1_000_000)
+    seed: int = seed_row()
+    values: Values = values_row()
+    known: Sequence[str] | Mapping[str, float | None] = known_row()
+    progress: Progress = progress_row()
+
+
+class Identifying(Options, kw_only=False):
+    """What `identify` takes."""
+
+    records: Record | Sequence[Record] = argument(
+        ..., "CSV or NPZ files with t, q_<joint>, tau_<motor>, or such columns as arrays by name; one or several."
+    )
+    _: KW_ONLY
+    values: Values = values_row()
+    known: Mapping[str, float | None] = known_row()
+    bandwidth: float | None = option(
+        None, "HZ", "Bandwidth of the motion, Hz (default: from its spectrum).", kinds.NUMBER
+    )
+    gains: Values = option(
+        {}, "MOTOR=K", "Factor from a measured column (a current, say) to motor torque.", kinds.NUMBERS
+    )
+    resample: float | None = option(None, "HZ", "Sample the records evenly at this frequency, Hz.", kinds.NUMBER)
+    after: float | None = option(None, "S", "Use samples from this time on, s.", kinds.NUMBER, formerly=("--from",))
+    before: float | None = option(None, "S", "Use samples up to this time, s.", kinds.NUMBER, formerly=("--to",))
+    preparation: Preparation | None = argument(None, "`gains`, `resample`, `after` and `before` as one object.")
+    validate: Record | None = option(None, "FILE", "Record whose torques are predicted, too.", kinds.INPUT_FILE)
+    announce: Announce = announce_row(formerly=("step",))

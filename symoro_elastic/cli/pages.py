@@ -1,0 +1,62 @@
+"""Commands that write pages to look at: view, report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from symoro_elastic.api.options import Reporting, Viewing
+from symoro_elastic.cli.options import MACHINE, OutputFile, OutputFolder, call, takes, writes
+from symoro_elastic.cli.output import staged_progress
+from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.foundation.errors import InputError
+
+
+@click.command()
+@MACHINE
+@click.option("--out", metavar="FILE", type=OutputFile(), required=True, help="Page to write: .html.")
+@takes(Viewing)
+@writes
+def view(machine: str, out: str, options: Viewing) -> None:
+    """Write a page that shows MACHINE and moves it.
+
+    One file, for any browser, that needs no network: bodies as boxes of equal inertia, joints, springs and frames, a
+    slider for each motor, modes that move, and the motions of a scene beside their reference.
+    """
+    from symoro_elastic.api import drawings as api
+    from symoro_elastic.foundation.output_files import write_text
+
+    whole = read(machine)
+    if Path(out).suffix not in (".html", ".htm"):
+        raise InputError("symoro-elastic", "--out", f"{out!r} is not a page: end the name with .html")
+    scene_of(whole, options.scene)
+    with staged_progress("predict") as (announce, progress):
+        page = call(api.view, whole, options, announce=announce, progress=progress)
+        html = page.html
+    for remark in page.remarks:
+        note(remark)
+    write_text(html, out, "--out")
+    click.echo(f"wrote {out}")
+
+
+@click.command()
+@MACHINE
+@click.option("--out", metavar="FOLDER", type=OutputFolder(), required=True, help="Folder of the page.")
+@takes(Reporting)
+@writes
+def report(machine: str, out: str, options: Reporting) -> None:
+    """Write one page about MACHINE, to read and to print.
+
+    Picture, table, modes with pictures, frequency responses, what a scene with [motion] and [wanted] requires,
+    operation counts, accuracy, equations whose symbols lead to their definitions. It needs no network.
+    """
+    from symoro_elastic.api import pages
+
+    if Path(out).suffix == ".html":
+        raise InputError("symoro-elastic", "--out", f"give the folder of the page, not the file {out!r}")
+    whole = read(machine)
+    scene_of(whole, options.scene)
+    with staged_progress("machine") as (announce, progress):
+        page = call(pages.report, whole, options, announce=announce, progress=progress)
+    click.echo(f"wrote {page.save(out)}")

@@ -1,0 +1,1 @@
+"""The .par files of SYMORO."""

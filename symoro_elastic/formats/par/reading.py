@@ -1,0 +1,295 @@
+"""The machine as a .par file of SYMORO, with lines `(*toml ... *)` for what that format lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from symoro_elastic.formats.central import about_origin
+from symoro_elastic.formats.files import UTF_8, WESTERN, name_of
+from symoro_elastic.formats.format import Format
+from symoro_elastic.formats.par.columns import Columns
+from symoro_elastic.formats.par.lines import as_toml, values_of
+from symoro_elastic.formats.par.syntax import LISTS, ParText, take_apart
+from symoro_elastic.formats.par.variables import Names
+from symoro_elastic.formats.par.writing import Declared, kind_flags, layout, list_text, structure
+from symoro_elastic.formats.toml.keys import MACHINE, OF_JOINTS
+from symoro_elastic.formats.toml.reading import body_of, machine_of
+from symoro_elastic.formats.toml.tables import Number, Table
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.columns import cells, declared_columns
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.format_names import SYMORO
+from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.scene import RequestedPart
+
+__all__ = ["FORMAT", "read", "write"]
+
+
+def read(text: str, source: str) -> DescribedMachine:
+    """The machine in a .par text; raises `InputError`. Consistency is checked by `checks.check`."""
+    found = ParTable(take_apart(text, source))
+    machine = machine_of(Table(found.entries, source))
+    return replace(machine, origin=replace(machine.origin, of_name=found.origin_of_name))
+
+
+def write(machine: Machine) -> str:
+    """The .par text that `read` reads back; parameters and variables are declared only if that needs it."""
+    described = DescribedMachine.of(machine)
+    for names in Declared:
+        text = layout(described, names)
+        try:
+            again = read(text, machine.source)
+        except InputError:
+            continue
+        if (again.parameters, again.joints, again.loops) == (machine.parameters, machine.joints, machine.loops):
+            break
+    return text
+
+
+OF_LISTS = tuple(column for column in declared_columns(Joint) if set(column.par) <= set(LISTS))
+"""Columns of a joint that are lists of the format."""
+Entries = dict[str, Any]
+
+
+class ParTable:
+    """The tables of a .par file, its joints in the order of their rows in TOML."""
+
+    def __init__(self, found: ParText) -> None:
+        self.found, self.source, self.columns = found, found.source, Columns(found)
+        self.lines = values_of(found.lines, found.source)
+        self.block = self._block()
+        self.order = self._order()
+        self.row = {j: i for i, j in enumerate(self.order, start=1)}
+        given = {
+            j: row.text("variable") for j, row in zip(self.order, self.rows, strict=True) if "variable" in row.entries
+        }
+        self.names = Names(self.columns, [*self._formulas()], self.block.table("parameters").entries, given)
+
+    @property
+    def entries(self) -> Entries:
+        """The entries of a TOML file of the same machine; raises `InputError`."""
+        tables: dict[str, Entries] = {name: dict(self.block.table(name).entries) for name in OF_JOINTS}
+        for j, name in enumerate(self.columns.names, start=1):
+            for section, entry in self._cells(j).items():
+                tables[section][name] = self._joined(entry, section, name, j)
+        own: Entries = {
+            "name": name_of(self.found.robot if self.found.robot.strip() else Path(self.source).stem),
+            **self.block.entries,
+            "joints": [self._row(j) for j in self.order],
+            "loops": self._loops(),
+            "parameters": self._parameters(),
+            "notes": [*self.found.comments, *self.block.texts("notes")],
+            "base": self._base(),
+            "extras": {**self.block.table("extras").entries, **self._extras()},
+        }
+        gravity = {"gravity": self.found.lists["G"]} if "G" in self.found.lists else {}
+        return {**own, **tables, **gravity}
+
+    @property
+    def origin_of_name(self) -> str:
+        """Where the name comes from; empty where the file gives it as such."""
+        if "name" in self.block.entries:
+            return ""
+        instead = 'give another by (*toml name = "..." *)'
+        if self.found.robot.strip():
+            return f"it is made of Robotname = {quote(self.found.robot)}, {instead}"
+        return f"it is made of the name of the file, {instead}"
+
+    def _block(self) -> Table:
+        """The entries beside the lists, from lines of TOML and from those of the old form."""
+        old = as_toml(self.lines, self.columns.counts.bodies, self.columns.counts.joints, self.source)
+        block = Table(self.found.block, self.source).only(MACHINE.names)
+        for key in old:
+            if key in block.entries:
+                raise block.fail(key, "stands in lines (*toml ... *) and in lines (*! ... *): move all to the first")
+        if "gravity" in block.entries and "G" in self.found.lists:
+            raise block.fail("gravity", "is given by the list G too: remove one of the two")
+        return Table({**block.entries, **old}, self.source)
+
+    def _order(self) -> list[int]:
+        """Row of the file, in the order of the table; the rows get their names."""
+        counts = self.columns.counts
+        self.rows = self.block.tables("joints") or [Table({}, self.source) for _ in range(counts.frames)]
+        if len(self.rows) != counts.frames:
+            raise self.block.fail("joints", f"has {len(self.rows)} rows, expected {counts.frames}, one a joint")
+        names = [row.text("name", f"j{i}") for i, row in enumerate(self.rows, start=1)]
+        ends = self._ends(names)
+        last = [names.index(name) for key in ("cut", "meets") for name in ends[key]]
+        if len({*last}) < len(last):
+            raise self.block.fail("loops", "each cut joint, and each frame that one meets, closes one loop")
+        order = [i for i in range(len(names)) if i not in last] + last
+        self.columns.names = [names[i] for i in order]
+        number = {i: j for j, i in enumerate(order, start=1)}
+        return [number[i] for i in range(len(names))]
+
+    def _ends(self, names: Sequence[str]) -> dict[str, list[str]]:
+        """Names of the cut joints and of the frames that they meet, loop by loop: those given, else the last rows."""
+        loops, counts = self.block.table("loops"), self.columns.counts
+        if loops.entries and len(loops.entries) != counts.loops:
+            what = f"names {len(loops.entries)} loops, expected {counts.loops} (NJ - NL)"
+            raise self.block.fail("loops", what)
+        said = [loops.table(name) for name in loops.entries] or [Table({}, self.source)] * counts.loops
+        found: dict[str, list[str]] = {}
+        for key, before in (("cut", counts.bodies), ("meets", counts.joints)):
+            found[key] = [entry.text(key, names[before + k]) for k, entry in enumerate(said)]
+            for entry, name in zip(said, found[key], strict=True):
+                if name not in names:
+                    raise entry.fail(key, f"no joint {quote(name)}{did_you_mean(name, names)}")
+        return found
+
+    def _loops(self) -> Entries:
+        said, counts, names = self.block.table("loops"), self.columns.counts, self.columns.names
+        keys = [*said.entries] or [f"loop_{k}" for k in range(1, counts.loops + 1)]
+        return {
+            name: {**said.table(name).entries, "cut": names[counts.bodies + k], "meets": names[counts.joints + k]}
+            for k, name in enumerate(keys)
+        }
+
+    def _row(self, j: int) -> Entries:
+        """A row of the table of joints."""
+        columns, i = self.columns, self.row[j]
+        sigma, kind, antecedent = columns.whole("sigma", j, 0), columns.kind(j), columns.whole("ant", j, 0)
+        variable = self.names.variables.get(j)
+        if kind is Kind.PASSIVE and sigma in (0, 1) and variable is None:
+            kind = Kind.COUPLED
+        own = {"antecedent": self.row.get(antecedent, antecedent), "kind": kind.value, "sigma": sigma}
+        own |= self._cells(j, "joints").get("joints", {})
+        beside = {key: x for key, x in self.rows[i - 1].entries.items() if key not in ("name", "variable")}
+        row = {"name": columns.names[j - 1], **self._merged(own, beside, columns.place(j, ""))}
+        return row if variable is None else {**row, "variable": variable}
+
+    def _cells(self, j: int, only: str = "") -> dict[str, Entries]:
+        """Cells of a row by section and key, without zeros: those of one section, or of all but the joints."""
+        found: dict[str, Entries] = {}
+        for column in OF_LISTS:
+            texts = self.columns.texts(column.par, j)
+            if (column.section == only if only else column.section != "joints") and {*texts} != {"0"}:
+                found.setdefault(column.section, {})[column.key] = texts if column.parts else texts[0]
+        return found
+
+    def _joined(self, own: Entries, section: str, name: str, j: int) -> Entries:
+        """The entry of a joint in a section: that of the lists, and beside it that of the block."""
+        beside = self.block.table(section).table(name).entries
+        if section != "bodies" or not beside:
+            return self._merged(own, beside, self.columns.place(j, section))
+        place = self.columns.place(j, "bodies")
+        written = body_of(Table({"mass": own.get("mass", 0), **beside}, self.source, place))
+        listed_ = body_of(Table(own, self.source, place))
+        try:
+            agree = _trees(about_origin(written)) == _trees(listed_)
+        except FormulaError as error:
+            raise InputError(self.source, place, str(error)) from None
+        if not agree:
+            raise InputError(
+                self.source,
+                place,
+                "does not agree with the lists XX to M: change both, or remove the entry in [bodies]",
+            )
+        return {"mass": own.get("mass", "0"), **beside}
+
+    def _merged(self, own: Entries, beside: Mapping[str, Any], place: str) -> Entries:
+        for key in beside:
+            if key in own:
+                raise InputError(self.source, f"{place}, {key}", "stands in a list too: remove one of the two")
+        return {**own, **beside}
+
+    def _parameters(self) -> Entries:
+        """All parameters, nan where they have no value: as the block has them where it names all, else as cells do."""
+        said = self.block.table("parameters").entries
+        names = self.names.parameters()
+        undeclared = [name for name in names if name not in said]
+        first = self.lines.get("parameters", ()) if self.lines or undeclared else said
+        for name in said:
+            if undeclared and name not in first and name not in names:
+                raise InputError(
+                    self.source, "parameters", f"no name {quote(name)} in the table{did_you_mean(name, names)}"
+                )
+        names = [*dict.fromkeys([*first, *names, *said])]
+        return {name: said.get(name, Number("nan")) for name in names}
+
+    def _base(self) -> Entries:
+        """The base: its motion, and its body where it floats."""
+        own: Entries = {}
+        for column in declared_columns(Base, "base"):
+            if self.found.lists.get(column.par[0], ["0"] * 3) != ["0"] * 3:
+                own[column.key] = self.found.lists[column.par[0]]
+        beside = dict(self.block.table("base").entries)
+        if self.columns.known_of_base is None:
+            if "floating" in beside:
+                raise InputError(self.source, "base, floating", "only a floating base has one: add is_floating = 1")
+            return self._merged(own, beside, "base")
+        body: Entries = {}
+        for column in declared_columns(Body):
+            texts = [self.columns.of_base.get(key, "0") for key in column.par]
+            if {*texts} != {"0"}:
+                body[column.key] = texts if column.parts else texts[0]
+        floating, known = beside.pop("floating", "rotation"), self.columns.known_of_base.value
+        if beside.pop("known", known) != known:
+            raise InputError(self.source, "base, known", "differs from that of is_floating, is_mobile: leave it out")
+        return {**self._merged({**own, "body": body}, beside, "base"), "floating": floating, "known": known}
+
+    def _extras(self) -> Entries:
+        """Entries that no model uses: unused lists, and flags that differ from those of the kinds of joints."""
+        lists, numbers, columns = self.found.lists, self.found.numbers, self.columns
+        extras: Entries = {key: list_text(lists[key]) for key in ("QP", "QDP", "GAM", "Z") if key in lists}
+        rows = range(1, columns.count + 1)
+        kinds = [columns.kind(j) for j in rows]
+        usual = [kind_flags(kind)[0] for kind in kinds]
+        if columns.lists.get("mu", usual) != usual:
+            extras["mu"] = list_text(lists["mu"])
+        closed = structure([columns.whole("ant", j, 0) for j in rows], kinds)
+        if numbers.get("Type", closed) != closed:
+            if numbers["Type"] not in ("0", "1", "2"):
+                what = f"{quote(numbers['Type'])} must be 0 (chain), 1 (tree) or 2 (closed loops)"
+                raise InputError(self.source, "Type", what)
+            extras["Type"] = numbers["Type"]
+        unused = ["0" if kind is Kind.ELASTIC else cell for kind, cell in zip(kinds, lists.get("k", []), strict=False)]
+        if any(cell != "0" for cell in unused):
+            extras["k"] = list_text(unused)
+        return extras
+
+    def _formulas(self) -> Iterator[Formula]:
+        """Formulas of the base and of the block, by whose names parameters are found."""
+        yield from _parsed(self.columns.of_base.get(cell.par, "0") for cell, _ in cells(Body()))
+        tables = {name: self.block.table(name).entries for name in OF_JOINTS}
+        for sections in ([name for name in OF_JOINTS if name != "bodies"], ["bodies"]):
+            for joint in self.columns.names:
+                yield from _parsed(tables[name].get(joint, ()) for name in sections)
+        yield from _parsed([self.block.table("base").entries.get("body", ())])
+        scene = self.block.table("scene").entries
+        yield from _parsed([scene.get("locked", ()), scene["static"] if isinstance(scene.get("static"), dict) else ()])
+        yield from (x for point in _points(scene.get("outputs", ())) for x in point)
+
+
+def _parsed(values: Iterable[Any]) -> Iterator[Formula]:
+    """The formulas among values of tables; what is not a formula is rejected where it is read."""
+    for value in values:
+        if isinstance(value, dict | list):
+            yield from _parsed(value.values() if isinstance(value, dict) else value)
+        elif isinstance(value, str) and not isinstance(value, Number):
+            try:
+                yield Formula.parse(" ".join(value.split()))
+            except FormulaError:
+                continue
+
+
+def _points(outputs: Any) -> Iterator[tuple[Formula, ...]]:
+    """The points that the outputs of a scene name."""
+    for texts in outputs.values() if isinstance(outputs, dict) else ():
+        for text in texts if isinstance(texts, list) else ():
+            try:
+                yield RequestedPart.parse(str(text)).at or ()
+            except FormulaError:
+                continue
+
+
+def _trees(body: Body) -> list[Any]:
+    return [formula.tree for formula in (body.mass, *body.moments, *body.inertia)]
+
+
+FORMAT = Format(SYMORO, read, write, (UTF_8, WESTERN))

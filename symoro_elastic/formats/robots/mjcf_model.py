@@ -1,0 +1,286 @@
+"""An MJCF model as MuJoCo compiles it: defaults, copies, angles and inertias of shapes resolved."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from symoro_elastic.formats.files import MAX_BYTES, load_text
+from symoro_elastic.formats.robots.xml_text import root_element
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.machine.names import quote
+
+SEEN_ONLY = ("sensors", "keys", "pairs", "tuples", "numerics", "texts", "skins", "cameras", "lights", "textures")
+"""Lists of what moves nothing and may be large, or name files."""
+
+OLDEST = 4
+LARGEST = 1e50
+WITHOUT_MEASURE = f"that is not finite, or beyond {LARGEST:g}"
+READ = {
+    "body_pos": ("body", "pos"),
+    "body_quat": ("body", "its orientation"),
+    "body_ipos": ("body", "pos of <inertial>"),
+    "body_iquat": ("body", "the orientation of <inertial>"),
+    "body_mass": ("body", "mass"),
+    "body_inertia": ("body", "inertia"),
+    "jnt_pos": ("joint", "pos"),
+    "jnt_axis": ("joint", "axis"),
+    "jnt_stiffness": ("joint", "stiffness"),
+    "dof_damping": ("joint", "damping"),
+    "dof_armature": ("joint", "armature"),
+    "dof_frictionloss": ("joint", "frictionloss"),
+    "qpos0": ("", "ref"),
+    "qpos_spring": ("", "springref"),
+    "actuator_gear": ("actuator", "gear"),
+    "actuator_damping": ("actuator", "damping"),
+    "actuator_armature": ("actuator", "armature"),
+    "eq_data": ("equality", "it"),
+}
+"""Arrays of MuJoCo that are read: the kind of element that owns a row, and what it is in the file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled:
+    """A compiled model: MuJoCo's `model`, and `mujoco` itself, the module with its constants.
+
+    `name` is that of the file, empty where it gives none; `has_contacts` says that shapes may touch.
+    """
+
+    mujoco: Any
+    model: Any
+    name: str
+    source: str
+    has_contacts: bool
+
+    def error(self, place: str, what: str) -> InputError:
+        """The error to raise about one place of the model."""
+        return InputError(self.source, place, what)
+
+
+def mujoco_model(text: str, source: str) -> Compiled:
+    """Return the model that MuJoCo makes of an MJCF text; raises `InputError`.
+
+    Shapes are dropped where they give no inertia, so their files are not needed.
+    """
+    sources = sources_of(text, source)
+    mujoco = _mujoco()
+    try:
+        with _in_silence(mujoco):
+            spec = mujoco.MjSpec.from_string(sources.text, include=sources.parts)
+            has_contacts = any(geom.contype or geom.conaffinity for geom in spec.geoms)
+            _drop_what_is_seen_only(spec)
+            _drop_shapes(spec, mujoco)
+            _take_meshes(spec, sources)
+            model = spec.compile()
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        raise _said(str(error), source) from None
+    _refuse_without_measure(model, source)
+    name = "" if spec.modelname == "MuJoCo Model" else spec.modelname
+    return Compiled(mujoco, model, name, source, has_contacts)
+
+
+def _mujoco() -> Any:
+    """The package, in a version whose models tell which springs are linear."""
+    mujoco = import_optional("mujoco", "reading MJCF", "mjcf")
+    if int(mujoco.__version__.partition(".")[0]) < OLDEST:
+        what = f"version {mujoco.__version__} is installed, reading MJCF needs {OLDEST}: pip install -U mujoco"
+        raise InputError("symoro-elastic", "mujoco", what)
+    return mujoco
+
+
+@contextmanager
+def _in_silence(mujoco: Any) -> Iterator[None]:
+    """Take MuJoCo's warnings, which it would print and write to a file in the working folder."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _refuse_without_measure(model: Any, source: str) -> None:
+    """Raise `InputError` for infinite and huge numbers, which MuJoCo takes."""
+    for array, (kind, key) in READ.items():
+        for k in np.argwhere(~(np.abs(getattr(model, array)) < LARGEST))[:1, 0]:
+            owner = model.dof_jntid[k] if array.startswith("dof") else k
+            place = f"{kind} {quote(getattr(model, kind)(int(owner)).name or f'number {owner}')}" if kind else "joints"
+            raise InputError(source, place, f"{key} holds a number {WITHOUT_MEASURE}")
+    if not (np.abs(model.opt.gravity) < LARGEST).all():
+        raise InputError(source, "option", f"gravity holds a number {WITHOUT_MEASURE}")
+
+
+def _said(message: str, source: str) -> InputError:
+    """What MuJoCo says, as one line, with the line of the file if it names one."""
+    line = re.search(r"line\s*(?:number=)?\s*([1-9]\d*)", message)
+    text = " ".join(re.sub(r"[^\x20-\x7e]+", " ", re.sub(r"(?i)^(XML )?Error:?", "", message)).split())
+    return InputError(source, f"line {line[1]}" if line else "file", f"MuJoCo does not read it: {text[:200]}")
+
+
+def _drop_what_is_seen_only(spec: Any) -> None:
+    for name in SEEN_ONLY:
+        for element in list(getattr(spec, name)):
+            spec.delete(element)
+    for element in (*spec.geoms, *spec.sites, *spec.tendons):
+        element.material = ""
+    for material in list(spec.materials):
+        spec.delete(material)
+
+
+def _drop_shapes(spec: Any, mujoco: Any) -> None:
+    """Delete shapes from files, and fields of heights, where the inertia of their body does not need them."""
+    of_shapes = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    least, most = spec.compiler.inertiagrouprange
+    for geom in list(spec.geoms):
+        is_read = geom.meshname or geom.hfieldname
+        body = geom.parent
+        given = body.name == "world" or (body.explicitinertial and not of_shapes)
+        if is_read and (given or geom.mass == 0 or not least <= geom.group <= most):
+            spec.delete(geom)
+    for heights in list(spec.hfields):
+        spec.delete(heights)
+
+
+def _take_meshes(spec: Any, sources: Sources) -> None:
+    """Give the meshes that inertias need, and delete the others."""
+    needed = {geom.meshname: geom.parent.name for geom in spec.geoms if geom.meshname}
+    for k, mesh in enumerate(list(spec.meshes)):
+        path = PurePosixPath(mesh.file)
+        mesh.name = mesh.name or path.stem
+        if mesh.name not in needed:
+            spec.delete(mesh)
+        elif mesh.file:
+            folder = "" if spec.strippath else spec.compiler.meshdir
+            name = path.name if spec.strippath else mesh.file
+            content = sources.shape(str(PurePosixPath(folder) / name), needed[mesh.name])
+            mesh.file = f"mesh{k}{path.suffix}"
+            spec.assets[mesh.file] = content
+
+
+MOST_COPIES, MOST_PARTS, MOST_SHAPE_BYTES = 1000, 100, 100_000_000
+OTHER_ROOTS = {
+    "robot": "this is a URDF: give it the suffix .urdf",
+    "sdf": "SDF is not read: write it as URDF or MJCF",
+    "mujocoinclude": "it is a part of a model: read the file that includes it",
+}
+DEFORMABLE = {"flexcomp", "flex", "composite"}
+
+
+@dataclass
+class Sources:
+    """The text of a model with those of the parts that it includes, by their paths from its folder."""
+
+    text: str
+    path: str
+    parts: dict[str, bytes] = field(default_factory=dict)
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the model: no file outside it is read."""
+        return Path(self.path).resolve().parent
+
+    def shape(self, name: str, needed_by: str) -> bytes:
+        """Return the content of the file of a shape; raises `InputError`, which says what needs it."""
+        remedy = f"body {quote(needed_by)} has no <inertial>, so its shape gives its mass: add an <inertial>"
+        file = self._inside(name, f"mesh {quote(name)}", remedy)
+        try:
+            content = file.read_bytes() if file.stat().st_size <= MOST_SHAPE_BYTES else None
+        except OSError:
+            raise self.error(f"mesh {quote(name)}", f"there is no such file; {remedy}, or the file") from None
+        if content is None:
+            raise self.error(f"mesh {quote(name)}", f"larger than {MOST_SHAPE_BYTES // 10**6} MB; {remedy}")
+        return content
+
+    def error(self, place: str, what: str) -> InputError:
+        """The error to raise about one place of the file."""
+        return InputError(self.path, place, what)
+
+    def _inside(self, name: str, place: str, remedy: str) -> Path:
+        """The path of a file that lies in the folder of the model, through links either."""
+        try:
+            file = (self.folder / name).resolve()
+        except (OSError, ValueError, RuntimeError):
+            raise self.error(place, "this is not the path of a file") from None
+        if not file.is_relative_to(self.folder):
+            raise self.error(place, f"it is outside the folder of the model, where nothing is read: {remedy}")
+        return file
+
+    def include(self, name: str, by: str) -> tuple[str, str]:
+        """Return the path of a part from the folder, and its text; `by` is that of the file that includes it."""
+        place = f"include {quote(name)}"
+        remedy = "copy it into the folder"
+        beside = str(PurePosixPath(by).parent / name)
+        for path in dict.fromkeys((name, beside)):
+            file = self._inside(path, place, remedy)
+            if file.is_file():
+                return path, load_text(file)
+        raise self.error(place, f"there is no such file beside {quote(Path(self.path).name)}")
+
+
+def sources_of(text: str, path: str) -> Sources:
+    """Return the text of a model with its parts; raises `InputError` for what is not read."""
+    found = Sources(text, path)
+    root = root_element(text, path)
+    if root.tag != "mujoco":
+        what = OTHER_ROOTS.get(root.tag, f"its root element is <{quote(root.tag)[1:-1]}>, that of MJCF is <mujoco>")
+        raise found.error("file", what)
+    _take(root, path, "", found)
+    return found
+
+
+def _take(root: Element, file: str, path: str, found: Sources, copies: int = 1) -> None:
+    """Refuse what is not taken of a file, and add the parts that it includes, with theirs."""
+    for element, times in _with_copies(root, copies):
+        _refuse(element, times, file)
+        if element.tag == "include":
+            _include(element, path, found, times)
+
+
+def _include(element: Element, by: str, found: Sources, copies: int) -> None:
+    name = element.get("file", "")
+    place = f"include {quote(name)}"
+    if not name:
+        raise found.error("include", "it names no file")
+    path, text = found.include(name, by)
+    if any(PurePosixPath(path).name == PurePosixPath(other).name for other in found.parts):
+        raise found.error(place, "a file is included once, and MuJoCo knows it by its name: rename or remove one")
+    found.parts[path] = text.encode()
+    if len(found.parts) > MOST_PARTS or sum(map(len, found.parts.values())) > MAX_BYTES:
+        raise found.error(place, f"at most {MOST_PARTS} files of {MAX_BYTES // 10**6} MB together are read")
+    file = str(Path(found.path).parent / path)
+    _take(root_element(text, file), file, path, found, copies)
+
+
+def _refuse(element: Element, copies: int, file: str) -> None:
+    """Refuse what is not a tree of rigid bodies, other models, and copies without measure."""
+    if element.tag in DEFORMABLE:
+        raise InputError(file, f"<{element.tag}>", "it makes deformable bodies: only rigid ones are modelled")
+    if element.tag == "plugin":
+        raise InputError(file, "<plugin>", "forces of plugins are not modelled: remove it")
+    if element.tag == "model" and "file" in element.attrib:
+        what = "it attaches another model: let MuJoCo write both into one file, and read that"
+        raise InputError(file, f"model {quote(element.attrib['file'])}", what)
+    if copies > MOST_COPIES:
+        raise InputError(file, "replicate", f"it makes more than {MOST_COPIES} copies: too many for a machine")
+
+
+def _with_copies(root: Element, before: int) -> Iterator[tuple[Element, int]]:
+    """Yield every element in its order, with how often each <replicate> around it repeats it."""
+    waiting = [(root, before)]
+    while waiting:
+        element, times = waiting.pop()
+        if element.tag == "replicate":
+            count = element.get("count", "1").strip()
+            times *= int(count) if count.isdecimal() and len(count) < 10 else MOST_COPIES + 1
+        yield element, times
+        waiting += ((child, times) for child in reversed(element))

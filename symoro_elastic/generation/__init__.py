@@ -1,0 +1,1 @@
+"""From a machine to files: the nine steps, base parameters, FMUs."""

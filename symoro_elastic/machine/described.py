@@ -1,0 +1,95 @@
+"""A machine as its file describes it: with what is asked of it, and with what else the file holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Self, TypeVar
+
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.prescribed_motion import PrescribedMotion
+from symoro_elastic.machine.scene import Scene
+
+AnyMachine = TypeVar("AnyMachine", bound=Machine)
+"""A machine, or one with its description, which is kept."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Errors that are allowed, by signal ("tool.x", "motor_x.tau"), or one for all `outputs`, m or rad.
+
+    `period` is that of a controller, which a whole number of steps fills, and `time` the largest time that these steps
+    may take, s. None: nothing is wanted of it. `source` is the file.
+    """
+
+    tolerance: dict[str, float] | float | None = None
+    outputs: tuple[str, ...] = ()
+    period: float | None = None
+    time: float | None = None
+    source: str = field(default="", compare=False)
+
+    def error(self, key: str, what: str) -> InputError:
+        """The error to raise about one key."""
+        return InputError(self.source, f"wanted, {key}", what)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a file asks of a machine: the scene, the motions to simulate, and the requirements on these."""
+
+    scene: Scene | None = None
+    motions: tuple[PrescribedMotion, ...] = ()
+    wanted: Wanted | None = None
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a file holds beside mechanics and request, kept so that reading then writing loses nothing.
+
+    `notes` are remarks of its author, `extras` entries of a format that no model uses. `remarks` say, a line each, what
+    the file holds and the machine does not: `checks.check` warns of them. `of_name` says where the machine's name
+    comes from unless it is given there.
+    """
+
+    notes: tuple[str, ...] = ()
+    extras: dict[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = field(default=(), compare=False)
+    of_name: str = field(default="", compare=False)
+
+
+@dataclass(frozen=True, repr=False)
+class DescribedMachine(Machine):
+    """A machine with what is `asked` of it, and the rest of its file (`origin`).
+
+    Functions that need mechanics only take a `Machine`.
+    """
+
+    asked: Request = Request()
+    origin: Origin = Origin()
+
+    @classmethod
+    def of(cls, machine: Machine) -> DescribedMachine:
+        """The machine itself, or one of which nothing is asked and that comes from nowhere."""
+        if isinstance(machine, cls):
+            return machine
+        return cls(**{each.name: getattr(machine, each.name) for each in fields(machine)})
+
+    def asking(self, **changes: Any) -> Self:
+        """The machine of which something else is asked: `scene`, `motions`, `wanted`."""
+        return replace(self, asked=replace(self.asked, **changes))
+
+    def with_notes(self, *notes: str) -> Self:
+        """The machine with these notes after its own, each once."""
+        return replace(self, origin=replace(self.origin, notes=tuple(dict.fromkeys((*self.origin.notes, *notes)))))
+
+    def with_remarks(self, *remarks: str) -> Self:
+        """The machine with these remarks after its own."""
+        return replace(self, origin=replace(self.origin, remarks=(*self.origin.remarks, *remarks)))
+
+
+def with_changed_scene(machine: AnyMachine, change: Callable[[Scene], Scene | None]) -> AnyMachine:
+    """The machine with another scene in place of that of its file, where it has one."""
+    if isinstance(machine, DescribedMachine) and machine.asked.scene is not None:
+        return machine.asking(scene=change(machine.asked.scene))
+    return machine

@@ -1,0 +1,34 @@
+"""Formats of machine files by name, for help texts and completion: known without the readers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class FormatName(NamedTuple):
+    """A format of machine files: its title, the suffixes of its files, and whether machines are written in it too."""
+
+    title: str
+    suffixes: tuple[str, ...]
+    is_written: bool = False
+
+
+TOML = FormatName("TOML", (".toml",), is_written=True)
+SYMORO = FormatName("SYMORO", (".par",), is_written=True)
+URDF = FormatName("URDF", (".urdf",), is_written=True)
+MJCF = FormatName("MJCF", (".xml",))
+DISTAL = FormatName("standard DH table", (".csv",))
+FORMAT_NAMES = (TOML, SYMORO, URDF, MJCF, DISTAL)
+"""Every format, in the order of the reference."""
+
+
+def suffixes(formats: Sequence[FormatName] = FORMAT_NAMES, *, written: bool = False) -> tuple[str, ...]:
+    """The suffixes of formats, all or those that machines are written in."""
+    return tuple(suffix for form in formats if form.is_written or not written for suffix in form.suffixes)
+
+
+def in_words(words: Sequence[str], last: str = "or") -> str:
+    """Words as a list of English: ".toml, .par or .urdf"."""
+    *first, end = words
+    return f"{', '.join(first)} {last} {end}" if first else end

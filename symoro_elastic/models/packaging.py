@@ -1,0 +1,261 @@
+"""Conversion of a machine and its traced models to a package for the targets."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from pathlib import PurePath
+from typing import Any
+
+from symoro_elastic.codegen.package import Argument, Axis, Constant, Function, Package, ParameterValue, Result
+from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
+from symoro_elastic.machine.arguments import arguments, known_of_base
+from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
+from symoro_elastic.machine.machine import Joint, Kind, Machine
+from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons
+from symoro_elastic.machine.scene import BASE, RequestedPart
+from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
+from symoro_elastic.models.model import Pivots
+from symoro_elastic.models.model import Result as TracedResult
+from symoro_elastic.models.state import rows_carried
+from symoro_elastic.symbolic.expression import Expression
+from symoro_elastic.symbolic.program import NamedConstant
+
+DERIVED = {
+    "MS": "first moment",
+    "J": "inertia",
+    "dJ": "difference of inertias",
+    "M": "mass",
+    "Js": "articulated inertia",
+    "K": "articulated inertia",
+    "H": "inertia moved",
+    "Hinv": "inverse of the inertia moved",
+    "UH": "articulated inertia over the inertia moved",
+    "rho": "share of the rotor in the inertia moved",
+    "P": "position of its origin",
+}
+"""Quantities of the equations that may be constant, by the letters of their names."""
+STRUCTURAL = (0, 1, 2, Fraction(1, 2))
+"""Numbers that belong to the equations; those of a machine that are equal to them are not told apart."""
+_NAME = re.compile(r"(?P<letters>[A-Za-z]+)\d+(?P<composite>_c)?_?(?P<component>\w*)", re.ASCII)
+
+KEYWORD = "it is a keyword of C, C++ or Python"
+
+
+def package(
+    machine: Machine, traced: Sequence[TracedModel], folded: Sequence[str], scene: str = "", steps: Sequence[str] = ()
+) -> Package:
+    """The package of these models of a machine; raises `InputError` for reserved names."""
+    refuse_taken_names(machine)
+    coupled = machine.is_coupled
+    return Package(
+        name=machine.name,
+        scene=scene,
+        axes=_axes(machine, machine.independent),
+        motors=machine.motor_entries,
+        elastic=machine.elastic_entries,
+        frames=tuple(joint.name for joint in machine.joints),
+        joint_names=(*(joint.name for joint in machine.joints), *_point_names(machine, traced)),
+        parameters=tuple(
+            ParameterValue(p.name, math.nan if p.value is None else p.value.value(), p.unit)
+            for p in machine.parameters
+            if p.name not in folded
+        ),
+        functions=tuple(_function(machine, model, folded) for model in traced),
+        antecedents=tuple(joint.antecedent for joint in machine.joints),
+        source=PurePath(machine.source).name,
+        options=_options(machine, folded, scene),
+        dependent=_axes(machine, machine.dependent) if coupled else None,
+        driven=_axes(machine, machine.motors) if coupled else None,
+        following=tuple((row.name, row.kind.value) for row in machine.joints if row.kind in (Kind.COUPLED, Kind.CUT)),
+        steps=tuple(steps),
+        state=_state(machine),
+    )
+
+
+def _state(machine: Machine) -> tuple[Argument, ...]:
+    """The blocks of the state that time steps take further, with their lengths."""
+    entries = arguments(machine)
+    return tuple(Argument(row, len(entries[row.name])) for row in rows_carried(machine))
+
+
+def _axes(machine: Machine, joints: Sequence[int]) -> tuple[Axis, ...]:
+    """Joints by number, with their coordinates."""
+    rows = map(machine.joint, joints)
+    return tuple(Axis(joint.name, joint.kind, f"{joint.variable}, {joint.unit}") for joint in rows)
+
+
+def _options(machine: Machine, folded: Sequence[str], scene: str) -> tuple[str, ...]:
+    """Options that shaped the code: scene, base inertial parameters, folded parameters."""
+    found = [scene] if scene else []
+    found += ["base inertial parameters"] if machine.is_grouped else []
+    found += [f"constants: {', '.join(folded)}"] if folded else []
+    return tuple(found)
+
+
+def _function(machine: Machine, traced: TracedModel, folded: Sequence[str]) -> Function:
+    model, program = traced.model, traced.program
+    return Function(
+        model.name,
+        model.title,
+        model.equations,
+        program,
+        tuple(Argument(model.quantity(a.name), len(a.symbols)) for a in program.inputs),
+        tuple(
+            Result(
+                model.quantity(o.name),
+                o.shape,
+                _row_names(machine, traced.results[o.name]),
+                traced.results[o.name].column_labels,
+                traced.whole,
+            )
+            for o in program.outputs
+        ),
+        _divides(machine, model),
+        model.least_bits,
+        constants_of(machine, traced, folded),
+    )
+
+
+def _divides(machine: Machine, model: Model) -> bool:
+    """Whether a model of a machine divides by the inertia of a joint or of the base."""
+    if model.pivots is None:
+        return False
+    free_base = "f0" in known_of_base(machine)
+    without_motor = len(machine.motors) < len(machine.independent)
+    return free_base or without_motor or (model.pivots is Pivots.ALL and bool(machine.independent))
+
+
+def _row_names(machine: Machine, result: TracedResult) -> tuple[str, ...]:
+    """Labels of the first axis of a result: `tool`, `tool in bed_x`, `tool at (0.1, 0, L2)`."""
+    names = [BASE, *(joint.name for joint in machine.joints)]
+    if not result.frames:
+        return tuple(names[j] for j in result.rows or ())
+    return tuple(
+        str(RequestedPart(names[f.number], f.at, None if f.seen_from is None else names[f.seen_from]))
+        for f in result.frames
+    )
+
+
+def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, ...]:
+    """Points of frames that have equations, in the order of their numbers."""
+    names = [BASE, *(joint.name for joint in machine.joints)]
+    return tuple(
+        str(RequestedPart(names[j], at)) for j, at in max((model.points for model in traced), key=len, default=())
+    )
+
+
+def reserved_words() -> Reasons:
+    """Names that no machine may use: those of models, and those of the languages and libraries of targets; reasons."""
+    libraries, keywords = dict.fromkeys(RESERVED, LIBRARY), dict.fromkeys(KEYWORDS, KEYWORD)
+    return {**libraries, **keywords, **dict.fromkeys(MODELS, IN_USE)}
+
+
+def refuse_taken_names(machine: Machine) -> None:
+    """Raise `InputError` for a name of the machine that a language or its libraries use, or a model."""
+    words = reserved_words()
+    used = [p.name for p in machine.parameters] + [joint.variable for joint in machine.joints if joint.variable]
+    for name in (machine.name, *(joint.name for joint in machine.joints), *used):
+        if name in words:
+            raise machine.error(name, f"{words[name]}: choose another")
+
+
+# Named numbers of a machine, with meaning and unit: cells of its table, and quantities that turn out constant.
+def constants_of(machine: Machine, traced: TracedModel, folded: Sequence[str]) -> tuple[Constant, ...]:
+    """Return the named numbers of a model, those of the machine's table first.
+
+    A cell that is nothing but a folded parameter has the parameter's name.
+    """
+    values = _values(machine, folded)
+    found = [*_of_base(machine, values)]
+    for j, joint in enumerate(machine.joints, start=1):
+        found += _of_joint(j, joint, values)
+    found += [c for known in traced.program.named_constants for c in _derived(machine, known)]
+    return tuple(c for c in found if isinstance(c.value, Expression) or abs(c.value) not in STRUCTURAL)
+
+
+def _values(machine: Machine, folded: Sequence[str]) -> dict[str, Fraction]:
+    given = {p.name: p.value for p in machine.parameters if p.name in folded and p.value is not None}
+    exact = {name: _exact(formula, {}) for name, formula in given.items()}
+    return {name: value for name, value in exact.items() if value is not None}
+
+
+def _exact(formula: Formula, values: Mapping[str, Fraction]) -> Fraction | None:
+    """Return the rational number of a cell; None where it is not one."""
+    names: dict[str, Any] = dict(values)
+    try:
+        value = formula.evaluate(names, dict.fromkeys(FUNCTIONS, _irrational), Fraction)
+    except (ArithmeticError, FormulaError, KeyError, ValueError):
+        return None
+    return Fraction(value) if isinstance(value, int | Fraction) else None
+
+
+def _irrational(*_: object) -> None:
+    raise ValueError
+
+
+def _of_base(machine: Machine, values: Mapping[str, Fraction]) -> Iterator[Constant]:
+    for axis, formula in zip("xyz", machine.base.gravity, strict=True):
+        yield from _cell(f"gravity_{axis}", formula, values, None, f"gravity along {axis}0, magnitude", "m/s2", abs)
+
+
+def _of_joint(j: int, joint: Joint, values: Mapping[str, Fraction]) -> Iterator[Constant]:
+    slides = joint.sigma == 1
+    force, angle = ("N", "m") if slides else ("N m", "rad")
+    inertia = "kg" if slides else "kg m2"
+    rows = (
+        ("k", joint.spring.stiffness, "stiffness", f"{force}/{angle}"),
+        ("h", joint.spring.damping, "damping", f"{force} s/{angle}"),
+        ("n", joint.spring.neutral, "neutral position", angle),
+        ("Fv", joint.friction.viscous, "viscous friction", f"{force} s/{angle}"),
+        ("Fs", joint.friction.coulomb, "Coulomb friction", force),
+        ("vs", joint.friction.creep, "creep velocity of dry friction", f"{angle}/s"),
+        ("Ia", joint.rotor_inertia, "rotor inertia", inertia),
+        ("b", joint.b, "length b", "m"),
+        ("d", joint.d, "length d", "m"),
+        ("r", joint.r, "length r", "m"),
+        ("M", joint.body.mass, "mass", "kg"),
+    )
+    for letters, formula, meaning, unit in rows:
+        yield from _cell(f"{letters}{j}", formula, values, j, meaning, unit)
+
+
+def _cell(
+    name: str,
+    formula: Formula,
+    values: Mapping[str, Fraction],
+    joint: int | None,
+    meaning: str,
+    unit: str,
+    sign: Callable[[Fraction], Fraction] = Fraction,
+) -> Iterator[Constant]:
+    value = _exact(formula, values)
+    if value is not None:
+        named = str(formula.tree[1]) if formula.tree[0] == "name" else name
+        yield Constant(named, sign(value), joint, meaning, unit)
+
+
+def _derived(machine: Machine, constant: NamedConstant) -> Iterator[Constant]:
+    """A quantity of the equations, where this module knows what it means."""
+    joint, name = constant.label.section.joint, constant.label.name
+    found = _NAME.fullmatch(name)
+    if not found or not joint or joint > len(machine.joints) or found["letters"] not in DERIVED:
+        return
+    letters, component = found["letters"], found["component"]
+    words = [DERIVED[letters]]
+    words += [component.upper()] if letters in ("MS", "J") and component else []
+    words += ["with all it carries"] if found["composite"] else []
+    yield Constant(name, constant.value, joint, " ".join(words), _unit(letters, component, machine.joints[joint - 1]))
+
+
+def _unit(letters: str, component: str, joint: Joint) -> str:
+    inertia = "kg" if joint.sigma == 1 else "kg m2"
+    if letters in ("Js", "K") and component.isdigit():
+        return ("kg", "kg m", "kg m2")[sum(int(digit) > 3 for digit in component)]
+    if letters == "UH" and component.isdigit():
+        along = {(True, False): "", (True, True): "m", (False, False): "1/m", (False, True): ""}
+        return along[joint.sigma == 1, int(component) > 3]
+    units = {"MS": "kg m", "J": "kg m2", "dJ": "kg m2", "M": "kg", "H": inertia, "P": "m", "rho": ""}
+    return units.get(letters, f"1/{inertia}" if inertia == "kg" else "1/(kg m2)")

@@ -1,0 +1,1 @@
+"""The motion of a machine in numbers: equations of motion, equilibria."""

@@ -1,0 +1,1 @@
+"""Models checked against references in many digits."""

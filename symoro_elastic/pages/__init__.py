@@ -1,0 +1,1 @@
+"""Tables, drawings and documents about a machine."""

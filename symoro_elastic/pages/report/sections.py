@@ -1,0 +1,272 @@
+"""The sections of a report."""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.analysis.ladder.plots import rungs
+from symoro_elastic.analysis.ladder.rung import Ladder
+from symoro_elastic.analysis.vibration.energies import strain_shares
+from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import Modes, modes, refuse_rigid
+from symoro_elastic.analysis.vibration.plots import bode
+from symoro_elastic.analysis.vibration.responses import frequency_grid, frequency_response
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.pictures import picture
+from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.foundation.results import Part, Result, Table, as_html
+from symoro_elastic.generation.grouping import base_parameters
+from symoro_elastic.generation.pipeline import programs, verify
+from symoro_elastic.generation.views import models_table
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.named_cells import with_values
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.views import bodies_table, machine_table, parameter_lines
+from symoro_elastic.models.joint_axes import placed_machine
+from symoro_elastic.numerics.motion.equations_of_motion import motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.pages.closed_chains import closed_chain, closed_chain_lines
+from symoro_elastic.pages.drawing.figure import figure_of
+from symoro_elastic.pages.drawing.placements import placements_of
+from symoro_elastic.pages.drawing.svg import joint_counts, picture_of, svg
+from symoro_elastic.pages.drawing.vibrations import full_shape
+from symoro_elastic.pages.equations.page import HTML, content
+from symoro_elastic.pages.show import axes_table
+
+MANY_DIGITS = re.compile(r"(?<![\w.])\d+\.\d{7,}(?:e[-+]?\d+)?(?![\w.])")
+
+MOST_PICTURES = 6
+
+TEXTBOOK = ("inertia_matrix", "bias_forces")
+MOST_LINES = 24
+RECURSIONS = ("inverse_dynamics", "direct_dynamics")
+
+COUNTED = ("inverse_dynamics", "direct_dynamics", "inertia_matrix", "bias_forces", "geometric_model")
+MOST_RESPONSES, MOST_OPENED = 4, 20
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a report is about: a machine restricted to a scene, and the ladder of its motions where one was climbed."""
+
+    machine: DescribedMachine
+    ladder: Ladder | None = None
+    announce: Announce = announce_nothing
+    progress: Progress = no_progress
+    values: dict[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def linear(self) -> Linearization:
+        """The machine linearized about its equilibrium, motors free."""
+        machine = with_values(self.machine, self.values) if self.values else self.machine
+        motion = motion_of(machine)
+        return linearize(motion, equilibrium(motion, {}, carried=bool(machine.degrees_of_base)))
+
+    @cached_property
+    def modal(self) -> Modes:
+        """The modes with all motors held; with free ones where nothing else moves."""
+        held = [self.linear.motion.names[k] for k in self.linear.motion.motors]
+        kept = with_motors(self.linear, held) if held else self.linear
+        try:
+            refuse_rigid(kept)
+        except InputError:
+            kept = self.linear
+        return modes(kept)
+
+
+def sections(subject: Subject) -> Iterator[Section]:
+    """Return the sections in their order; what cannot be computed says why."""
+    made = (
+        ("machine", "Machine", _machine),
+        ("modes", "Modes", _modes),
+        ("responses", "Frequency responses", _responses),
+        ("scene", "What the scene requires", _scene),
+        ("counts", "Operations", _counts),
+        ("accuracy", "Accuracy", _accuracy),
+        ("equations", "Equations", _equations),
+    )
+    for anchor, title, make in made:
+        if anchor != "scene" or subject.ladder:
+            subject.announce(title.lower())
+            yield section(anchor, title, partial(make, subject))
+
+
+def _machine(subject: Subject) -> Iterator[str]:
+    machine = subject.machine
+    yield machine_image(machine)
+    yield from (paragraph(note) for note in machine.origin.notes)
+    yield block(machine_table(machine, "Geometric parameters, bodies and springs"))
+    placed = placed_machine(machine, {})
+    yield block(axes_table(placed, "Origins and axes in frame 0"))
+    yield block(bodies_table(machine, "Bodies: mass, first moments and inertia about the origin of the frame"))
+    if machine.parameters:
+        values = "".join(map(paragraph, parameter_lines(machine)))
+        yield collapsible("Parameters", [f'<div class="columns">{values}</div>'], opened=True)
+    if machine.is_coupled:
+        yield from map(paragraph, closed_chain_lines(closed_chain(machine, placed)))
+    base = base_parameters(machine)
+    formulas = [paragraph(f"{name} = {x}") for name, x in {**base.parts, **base.formulas}.items()]
+    if formulas:
+        yield collapsible(f"{len(formulas)} base inertial parameters", formulas, opened=len(formulas) <= MOST_OPENED)
+    else:
+        yield paragraph(f"Base inertial parameters: {base.check}")
+
+
+def _modes(subject: Subject) -> Iterator[str]:
+    if not subject.linear.motion.springs:
+        raise InputError(subject.machine.label, "springs", "no joint is elastic, so nothing vibrates")
+    if held := subject.modal.linear.held:
+        yield paragraph(f"Held: {', '.join(held)}.")
+    yield from blocks_of(subject.modal)
+    yield f'<div class="pictures">{"".join(mode_images(subject.modal, subject.machine))}</div>'
+
+
+def _responses(subject: Subject) -> Iterator[str]:
+    linear = subject.linear
+    if not linear.inputs:
+        raise InputError(subject.machine.label, "motors", "there is none, so no response to show")
+    if not linear.motion.springs:
+        raise InputError(subject.machine.label, "springs", "no joint is elastic, so nothing resonates")
+    found = frequency_response(linear, frequency_grid(linear))
+    for j, name in enumerate(found.inputs[:MOST_RESPONSES]):
+        drawn = picture(bode(found, j), "svg")
+        described = f"Magnitude and phase of {', '.join(found.outputs)} over {name}"
+        yield image(drawn, described, f"Input: {name}", "plot")
+    if len(found.inputs) > MOST_RESPONSES:
+        yield paragraph(f"The other {len(found.inputs) - MOST_RESPONSES}: symoro-elastic response")
+
+
+def _scene(subject: Subject) -> Iterator[str]:
+    assert subject.ladder
+    yield from blocks_of(subject.ladder)
+    drawn = picture(rungs(subject.ladder), "svg")
+    yield image(drawn, "Error of each rung, predicted and measured", "Errors of the rungs", "plot")
+
+
+def _counts(subject: Subject) -> Iterator[str]:
+    traced = programs(subject.machine, Scene(models=COUNTED)).models
+    yield block(models_table(traced, traced, "Operations of the models"))
+    yield paragraph("x products and divisions, + sums and differences")
+
+
+def _accuracy(subject: Subject) -> Iterator[str]:
+    scene = Scene(models=("direct_dynamics", "inverse_dynamics"))
+    yield from blocks_of(verify(subject.machine, scene, announce=subject.announce, progress=subject.progress))
+
+
+def _equations(subject: Subject) -> Iterator[str]:
+    yield from equation_blocks(subject.machine)
+
+
+def equation_blocks(machine: Machine) -> Iterator[str]:
+    """Return A(q) and H(q, qd) written out where they are short, and the recursions step by step."""
+    textbook = [_content(machine, name) for name in TEXTBOOK]
+    if all(one["short"] for one in textbook) and sum(len(one["short"]) for one in textbook) <= MOST_LINES:
+        yield paragraph("A(q) qdd + H(q, qd) = the torques of motors, springs and dampers:")
+        yield from (render("html/written_out.html.j2", **one) for one in textbook)
+    else:
+        yield paragraph("A(q) and H(q, qd) are long for this machine, and computed step by step.")
+    for name in (*TEXTBOOK, *RECURSIONS):
+        one = _content(machine, name)
+        yield collapsible(one["title"], [render("html/equation_parts.html.j2", **one)])
+
+
+def _content(machine: Machine, model: str) -> dict[str, Any]:
+    package = programs(machine, Scene(models=(model,))).package
+    return content(package, package.functions[0], HTML, prefix=f"{model}-")
+
+
+def machine_image(machine: Machine) -> str:
+    """Return the picture of a machine where its joints are at zero and its springs neutral."""
+    placements = placements_of(machine)
+    figure = figure_of(placements, placements.start)
+    return image(svg(picture_of(figure)), f"{machine.name}: {joint_counts(figure)}")
+
+
+def mode_images(modal: Modes, machine: Machine) -> Iterator[str]:
+    """Return a picture of each of the lowest modes, at full amplitude."""
+    placements = placements_of(machine)
+    q = modal.linear.state.q
+    figure = figure_of(placements, q)
+    strain = strain_shares(modal)
+    vibrating = [int(k) for k in np.flatnonzero(modal.frequencies > 0)][:MOST_PICTURES]
+    for k in vibrating:
+        name, share = strain.largest(k)
+        said_of = f"Mode {k + 1}: {modal.frequencies[k]:.4g} Hz, {share:.0%} of the strain energy in {name}"
+        T = placements.at(q + full_shape(modal, k, figure.extent))
+        yield image(svg(picture_of(figure, T)), said_of, said_of)
+
+
+# Sections of a page, as HTML: texts of a machine are escaped where they become part of one.
+@dataclass(frozen=True)
+class Section:
+    """A title, and blocks of HTML; `anchor` is its name in links."""
+
+    anchor: str
+    title: str
+    blocks: tuple[str, ...]
+
+
+def section(anchor: str, title: str, make: Callable[[], Iterable[str]]) -> Section:
+    """Return a section; what cannot be computed is replaced by a line with the reason."""
+    try:
+        blocks = tuple(make())
+    except InputError as error:
+        blocks = (paragraph(f"Not computed: {error.place}: {error.what}", "refused"),)
+    return Section(anchor, title, blocks)
+
+
+def blocks_of(result: Result) -> list[str]:
+    """Return the parts of a result as blocks."""
+    return [block(part) for part in result.parts()]
+
+
+def block(part: Part) -> str:
+    """Return a sentence or a table; a table that is too wide moves sideways within its block."""
+    if isinstance(part, Table):
+        name = escape(part.title or "table", quote=True)
+        return (
+            f'<div class="wide" role="region" tabindex="0" aria-label="{name}">{shorten_numbers(as_html(part))}</div>'
+        )
+    return as_html(part)
+
+
+def shorten_numbers(table: str) -> str:
+    """Return a table with numbers of many digits to six of them; the file has them all."""
+    return MANY_DIGITS.sub(lambda number: f"{float(number[0]):.6g}", table)
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    """Return a sentence as a block of a class of styles."""
+    return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
+
+
+def image(svg: str | bytes, described: str, caption: str = "", kind: str = "machine") -> str:
+    """Return a picture within the page, described for those who do not see it; `kind` is its class of styles."""
+    data = base64.b64encode(svg if isinstance(svg, bytes) else svg.encode("utf-8")).decode("ascii")
+    below = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
+    source = f"data:image/svg+xml;base64,{data}"
+    return f'<figure><img class="{kind}" src="{source}" alt="{escape(described, quote=True)}">{below}</figure>'
+
+
+def collapsible(title: str, blocks: Sequence[str], opened: bool = False) -> str:
+    """Return blocks under a title that opens and closes them; those that are open are printed."""
+    state = " open" if opened else ""
+    return f"<details{state}><summary>{escape(title)}</summary>{''.join(blocks)}</details>"
+
+
+def report_page(subject: Subject) -> str:
+    """Return the page as HTML: nothing is loaded from elsewhere, and names of the machine are text in it."""
+    made = list(sections(subject))
+    title, headline = escape(subject.machine.name), escape(subject.machine.headline.partition(": ")[2])
+    return render("report/report.html.j2", title=title, headline=headline, sections=made)

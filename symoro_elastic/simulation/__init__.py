@@ -1,1 +1,0 @@
-"""Motions of a machine over time: wanted ones, and simulated ones."""

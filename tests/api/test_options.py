@@ -1,0 +1,215 @@
+"""Options are declared once: help, signature, docstring, files and completion follow from one field."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+from click.testing import CliRunner
+
+import symoro_elastic as se
+from symoro_elastic.api import kinds, sweeps
+from symoro_elastic.api.declaration import Option, operation, option, options, read_options
+from symoro_elastic.api.options import (
+    Checking,
+    Comparing,
+    Exciting,
+    Generating,
+    Identifying,
+    Linearizing,
+    Oscillating,
+    Reading,
+    Responding,
+    Sweeping,
+    Trading,
+)
+from symoro_elastic.api.rows import READABLE, WRITABLE
+from symoro_elastic.cli import cli
+from symoro_elastic.cli.options import DeclaredOption, takes
+from symoro_elastic.codegen.targets import TARGET_NAMES
+from symoro_elastic.formats import FORMATS
+from symoro_elastic.foundation.errors import InputError
+from tests.command_line import EXAMPLES, ended, run
+
+TWO_R = EXAMPLES / "planar_2r.toml"
+
+
+class Widened(Sweeping):
+    """The options of `sweep`, and one more."""
+
+    margins: Sequence[float] = option(
+        (), "MM", "Margin, mm, of {names} at --at.", kinds.LIST, names=lambda: ("tool", "table")
+    )
+
+
+def test_an_option_is_one_line() -> None:
+    """In a copy of the record of `sweep`: seen in help, signature and docstring."""
+    seen: list[Widened] = []
+
+    def show(options: Widened) -> None:
+        seen.append(options)
+
+    command = click.command()(takes(Widened)(show))
+    text = CliRunner().invoke(command, ["--help"], terminal_width=200).output
+    assert "--margin MM" in text and "Margin, mm, of tool, table at --at; may be repeated." in text
+    CliRunner().invoke(command, ["--margin", "2", "--margin", "1/2"], catch_exceptions=False)
+    assert seen[0].margins == (2.0, 0.5)
+
+    @operation(Widened)
+    def sweep(machine: str, options: Widened) -> Sequence[float]:
+        """Return the margins."""
+        return options.margins
+
+    added = inspect.signature(sweep).parameters["margins"]
+    assert (added.kind, added.default, added.annotation) == (added.KEYWORD_ONLY, (), "Sequence[float]")
+    assert "\nmargins : list of numbers\n    Margin, mm, of tool, table at at.\n" in (inspect.getdoc(sweep) or "")
+    assert sweep("", margins=[3.0]) == [3.0]
+    with pytest.raises(TypeError, match="unexpected keyword argument 'margin'"):
+        sweep("", margin=[3.0])  # type: ignore[call-arg]
+
+
+def test_an_option_is_a_key_of_files(tmp_path: Path) -> None:
+    path = tmp_path / "sweep.toml"
+    path.write_text('margins = [1, 2.5]\nfigures = ["a"]\nas_given = true\npd = { m = [1, 2] }\n')
+    given = read_options(path, Widened)
+    assert given == {"margins": (1.0, 2.5), "results": ("a",), "as_given": True, "pd": {"m": (1.0, 2.0)}}
+    path.write_text("scene = 'a.toml'")
+    with pytest.raises(InputError, match="scene: no such key here"):
+        read_options(path, Widened)
+
+
+def rows() -> list[tuple[str, Option]]:
+    """Options of all commands."""
+    return [
+        (str(command.name), parameter.row)
+        for command in cli.commands.values()
+        for parameter in command.params
+        if isinstance(parameter, DeclaredOption)
+    ]
+
+
+def test_a_name_has_one_meaning() -> None:
+    """The same name in Python, the same kind of value, written alike; `--model` alone may be repeated or not."""
+    kinds_of: dict[str, set[tuple[str, str, str]]] = {}
+    for _, row in rows():
+        kinds_of.setdefault(row.flag, set()).add((row.name, row.metavar, row.kind.shape))
+    several = {flag: found for flag, found in kinds_of.items() if len(found) > 1}
+    assert several.keys() <= {"--model", "--stroke", "--out"}
+    assert {name for name, _, _ in several.get("--stroke", set())} == {"stroke", "strokes"}
+
+
+def test_no_former_name_is_in_use() -> None:
+    for command, row in rows():
+        own = {other.flag for name, other in rows() if name == command}
+        assert not own & {old.partition("=")[0] for old in row.formerly}, (command, row.name)
+
+
+def test_python_and_the_command_line_have_the_same_words() -> None:
+    """What is not an argument of the function is how its machine is read, or what becomes of the result."""
+    outside = {row.name for row in options(Reading)} | {"plots", "plot_format", "out", "save", "format"}
+    outside |= {"along", "tolerance", "fast_math", "points"}
+    for command, row in rows():
+        function = getattr(se, command.replace("-", "_"), None)
+        if function and row.name not in outside:
+            assert row.name in inspect.signature(function).parameters, (command, row.name)
+
+
+@pytest.mark.parametrize(
+    ("record", "name", "beyond", "wanted"),
+    [
+        (Trading, "states", 0, "at least 1 and at most 1e+06"),
+        (Trading, "rounds", 10_001, "at least 1 and at most 10000"),
+        (Trading, "merge_angles", 0.0, "above 0 and at most 1e+06"),
+        (Trading, "merge_angles", math.nan, "above 0 and at most 1e+06"),
+        (Checking, "seed", -1, "at least 0"),
+    ],
+)
+def test_numbers_beyond_their_bounds_are_refused(record: type[Any], name: str, beyond: float, wanted: str) -> None:
+    """In Python, too, as the command line does before the function is called."""
+    with pytest.raises(InputError, match=re.escape(f"{beyond!r} is out of range: give a number {wanted}")):
+        record(**{name: beyond})
+    assert getattr(record(**{name: 1}), name) == 1
+
+
+def test_numbers_out_of_range_are_named_as_python_has_them() -> None:
+    with pytest.raises(InputError, match="symoro_elastic: states: 0 is out of range"):
+        se.trade(TWO_R, states=0)
+
+
+def test_names_in_texts_are_those_of_registries() -> None:
+    assert tuple(suffix for form in FORMATS for suffix in form.suffixes) == READABLE
+    assert tuple(suffix for form in FORMATS for suffix in form.suffixes if form.write) == WRITABLE
+    text = run("generate", "--help").stdout
+    assert f"Target: {', '.join(TARGET_NAMES)}" in " ".join(text.split())
+    assert f"Target: {', '.join(TARGET_NAMES)}" in " ".join((inspect.getdoc(se.generate) or "").split())
+    for command, row in rows():
+        for name in (row.names or tuple)() if row.name not in ("models", "model") else ():
+            assert name in row.help, (command, row.name)
+
+
+FORMER = {
+    ("trade", TWO_R, "--quick", "--rounds", "x"): "note: --quick is now --effort=quick",
+    ("modes", TWO_R, "--over", "x"): "note: --over is now --along",
+    ("modes", TWO_R, "--over=x"): "note: --over is now --along",
+    ("modes", TWO_R, "--plots", "p", "--picture", "bmp"): "note: --picture is now --plot-format",
+    ("identify", TWO_R, "x.csv", "--from", "x"): "note: --from is now --after",
+    ("compare", TWO_R, "--free", "--stroke", "x"): "note: --free is now --free-motors",
+}
+
+
+@pytest.mark.parametrize("words", FORMER, ids=lambda words: " ".join(map(str, words[2:])))
+def test_former_options_are_taken_with_a_notice(words: tuple[object, ...]) -> None:
+    found = ended(*words)
+    notice, error = found.err.splitlines()
+    assert notice == FORMER[words] and error.startswith("error: ") and "No such option" not in error
+
+
+def test_former_options_do_what_they_did(tmp_path: Path) -> None:
+    asked = ("generate", TWO_R, "--target", "fmu", "--force")
+    for option_, folder in (("--at", "old"), ("--start", "new")):
+        run(*asked, option_, "elbow=0.5", "--out", tmp_path / folder)
+    old, new = (next((tmp_path / folder).rglob("*.fmu")).read_bytes() for folder in ("old", "new"))
+    assert old == new
+
+
+def test_former_arguments_are_taken_with_a_warning() -> None:
+    with pytest.warns(DeprecationWarning, match="outputs is now only") as told:
+        model = se.load(TWO_R, "jacobian", outputs={"jacobian": ["tip"]})  # type: ignore[call-overload]
+    assert told[0].filename == __file__
+    assert model.jacobian([0.0, 0.0]).shape[-2:] == (6, 2)
+
+
+def test_positions_are_given_as_before() -> None:
+    for record, names in (
+        (Exciting, ["position", "velocity", "acceleration"]),
+        (Identifying, ["records"]),
+        (Linearizing, ["point"]),
+        (Oscillating, ["point"]),
+        (Responding, ["point"]),
+        (Comparing, ["motion"]),
+        (Generating, []),
+    ):
+        assert [row.name for row in options(record) if not row.is_keyword] == names
+
+
+def test_public_names_are_those_for_type_checkers() -> None:
+    tree = ast.parse(Path(se.__file__).read_text(encoding="utf-8"))
+    imported = next(node for node in tree.body if isinstance(node, ast.If)).body
+    named = {alias.name: node.module for node in imported if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert sorted(named) == sorted(se.__all__)
+    for name, module in named.items():
+        assert getattr(se, name).__module__ == module, name
+
+
+def test_commands_of_sweep_reach_its_plan() -> None:
+    """What the records share is one field: `modes`, `response` and `sweep` have the same operating point."""
+    at = [next(row for row in options(record) if row.name == "at") for record in (Oscillating, Responding, Sweeping)]
+    assert len({row.meaning for row in at}) == 1
+    assert sweeps.sweep.options is Sweeping  # type: ignore[attr-defined]

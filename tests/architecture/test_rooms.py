@@ -1,0 +1,88 @@
+"""The rooms of the package: on which floor each stands, and that imports run downwards only.
+
+Every import counts, those inside functions and those for type checkers too.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "symoro_elastic"
+
+FLOORS = (
+    ("foundation", "quantities"),
+    ("symbolic", "mechanics", "machine"),
+    ("codegen", "formats"),
+    ("models",),
+    ("numerics",),
+    ("generation",),
+    ("analysis",),
+    ("pages",),
+    ("api",),
+    ("__init__",),
+    ("cli",),
+    ("__main__",),
+)
+"""The rooms from the ground up: a room imports rooms of the floors below."""
+APART = {("codegen", "machine"), ("codegen", "mechanics"), ("formats", "symbolic"), ("formats", "mechanics")}
+"""Pairs that never meet, although one stands below: programs know no machine, files know no equations."""
+MOST_ARROWS = 80
+
+FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
+
+
+def module_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+FILES = {module_of(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Modules of the package that a file imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in FILES)
+        elif isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                submodule = f"{node.module}.{alias.name}"
+                yield from (m for m in (submodule if submodule in FILES else str(node.module),) if m in FILES)
+
+
+IMPORTS = {module: {*imports(path)} - {module} for module, path in FILES.items()}
+
+
+def room_of(module: str) -> str:
+    return module.split(".")[1] if "." in module else "__init__"
+
+
+ARROWS = {
+    (room_of(module), room_of(other)): f"{module} imports {other}"
+    for module, others in IMPORTS.items()
+    for other in others
+    if room_of(module) != room_of(other)
+}
+
+
+def test_every_room_stands_on_a_floor() -> None:
+    assert {room_of(module) for module in FILES} == set(FLOOR)
+
+
+def test_imports_run_downwards() -> None:
+    wrong = [why for (room, other), why in ARROWS.items() if FLOOR[other] >= FLOOR[room] or (room, other) in APART]
+    assert wrong == []
+
+
+def test_there_are_few_arrows() -> None:
+    assert len(ARROWS) <= MOST_ARROWS
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    try:
+        TopologicalSorter(IMPORTS).prepare()
+    except CycleError as error:
+        raise AssertionError(" -> ".join(error.args[1])) from None
