@@ -190,7 +190,7 @@ class ExcitingTrajectory(Result):
     def headline(self) -> str:
         """Machine, duration, condition number."""
         condition = f"condition {self.best.condition:.4g}"
-        return f"ExcitingTrajectory trajectory of {self.machine.name}: {self.sampled.t[-1]:g} s, {condition}"
+        return f"Exciting trajectory of {self.machine.name}: {self.sampled.t[-1]:g} s, {condition}"
 
     def write(self, path: str | Path, *, force: bool = False) -> Path:
         """Write t, q_<motor>, qd_, qdd_ to a .csv or .npz file, and return its path; raises `InputError`."""

@@ -86,7 +86,7 @@ class FeedForward(Result):
     @property
     def headline(self) -> str:
         """Machine, motors and samples."""
-        return f"FeedForward of {self.machine.name}: {len(self.motors)} motors, {len(self.t)} samples"
+        return f"Feed-forward of {self.machine.name}: {len(self.motors)} motors, {len(self.t)} samples"
 
     @property
     def wanted(self) -> tuple[Joint, ...]:

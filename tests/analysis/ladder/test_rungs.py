@@ -85,15 +85,15 @@ def test_the_chosen_rung_is_the_cheapest_that_fits() -> None:
 @pytest.mark.thorough
 def test_a_rung_whose_prediction_fails_is_not_chosen(monkeypatch: MonkeyPatch) -> None:
     """Measured errors three times those predicted: the ladder falls back until nothing is left out."""
-    measure = Measurement.errors
+    right_ladder, measure = found(), Measurement.errors
 
     def wrong(measurement: Measurement, rung: Rung) -> Measured:
         right = measure(measurement, rung)
         return Measured({name: 3 * x for name, x in right.model.items()}, right.steps, right.seconds)
 
     monkeypatch.setattr(Measurement, "errors", wrong)
-    fallen = measured_ladder(measurement(), found().rungs)
-    assert fallen.distrusted and fallen.chosen != found().chosen and found().chosen in fallen.distrusted
+    fallen = measured_ladder(measurement(), right_ladder.rungs)
+    assert fallen.distrusted and fallen.chosen != right_ladder.chosen and right_ladder.chosen in fallen.distrusted
     assert all(max(fallen.rungs[k].predicted.values()) > 0.01 * min(TOLERANCE.values()) for k in fallen.distrusted)
 
 
