@@ -199,6 +199,8 @@ def loop_index() -> dict[int, list[Place]]:
 def loop_citations(path: Path) -> Iterator[tuple[int, Place]]:
     """(equation, place) of each citation of an equation of loops in a file; a range cites all that the page has."""
     text = path.read_text(encoding="utf-8")
+    if not CITED.search(text):
+        return
     functions = dict(_functions(ast.parse(text))) if path.suffix == ".py" else {}
     for number, line in enumerate(text.splitlines(), start=1):
         place = Place(str(path.relative_to(ROOT)), functions.get(number, ""))

@@ -64,6 +64,7 @@ def test_the_wheel_holds_code_templates_and_nothing_else(wheel: Path) -> None:
     assert any(name.endswith("LICENSE") for name in names)
 
 
+@pytest.mark.thorough
 def test_the_installed_package_generates_the_committed_files(installed: Path, tmp_path: Path) -> None:
     """From another folder, by the command and by `python -m`; the templates are those of the wheel."""
     shutil.copy(ROOT / "examples" / "planar_2r.toml", tmp_path)
@@ -79,6 +80,7 @@ def test_the_installed_package_generates_the_committed_files(installed: Path, tm
             assert (tmp_path / path).read_bytes() == committed.read_bytes(), path
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not COMPILERS, reason="needs a C compiler")
 def test_the_installed_package_checks_the_example(installed: Path, tmp_path: Path) -> None:
     shutil.copy(ROOT / "examples" / "planar_2r.toml", tmp_path)

@@ -56,6 +56,7 @@ def plots(folder: Path) -> tuple[Path, Path]:
     return folder / "plots" / "rungs.svg", ROOT / "docs" / "scenes_rungs.svg"
 
 
+@pytest.mark.thorough
 def test_the_loop_ends_where_numpy_does(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """To the nanometre that it prints; the same steps, the same numbers of its first lines."""
     (folder / "reduced.toml").write_text(REDUCED, encoding="utf-8")

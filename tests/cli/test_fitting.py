@@ -88,6 +88,7 @@ def test_models_lose_nothing() -> None:
     assert " ".join(" ".join(catalogue_lines(400)).split()) == " ".join(" ".join(lines).split())
 
 
+@pytest.mark.thorough
 def test_any_table_loses_nothing_at_any_width() -> None:
     draw = random.Random(1)
 

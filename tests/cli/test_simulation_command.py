@@ -60,6 +60,7 @@ def columns(path: str) -> dict[str, Array]:
     return dict(zip(names, np.loadtxt(path, delimiter=",", skiprows=1).T, strict=True))
 
 
+@pytest.mark.thorough
 def test_error_is_within_the_tolerance_and_was_predicted() -> None:
     """Both are estimates of the same error: within a factor of 2, as the prediction promises."""
     (found,) = simulated(MOTION + WANTED)
@@ -95,6 +96,7 @@ def test_locked_joints_are_left_out() -> None:
     assert list(found["errors"]) == ["motor.q"]  # type: ignore[call-overload]
 
 
+@pytest.mark.thorough
 def test_periods_hold_whole_numbers_of_steps() -> None:
     text = MOTION + SERVO + WANTED + "period = 1e-2\ntime = 5e-3\n"
     (found,) = simulated(text, "--method", "w3")
@@ -107,6 +109,7 @@ def test_periods_hold_whole_numbers_of_steps() -> None:
 # Files
 
 
+@pytest.mark.thorough
 def test_several_motions_have_a_block_and_files_each() -> None:
     two = MOTION.replace("[motion]", "[[motion]]") + MOTION.replace("[motion]", "[[motion]]").replace("0.05", "0.02")
     text = run("simulate", *scene(two), "--step", "1e-3", "--out", "move.csv").stdout
@@ -154,6 +157,7 @@ def test_an_interrupted_run_writes_nothing_and_says_so(monkeypatch: pytest.Monke
 # Steps that are adapted
 
 
+@pytest.mark.thorough
 def test_adapted_steps_find_events_and_stop_there() -> None:
     """The move is symmetric: at half of its time it has made half of its way, with its largest velocity 35/16 by/in."""
     (found,) = simulated(MOTION + WANTED, "--adaptive", "--event", "motor.q=0.025", "--event", "motor.qd=0.5")
@@ -165,6 +169,7 @@ def test_adapted_steps_find_events_and_stop_there() -> None:
     assert columns("move.csv")["t"][-1] == pytest.approx(0.075, abs=1e-12)
 
 
+@pytest.mark.thorough
 def test_adapted_steps_take_forces() -> None:
     """At rest again the force is that of the spring, and of the motor."""
     text = MOTION.replace("0.25", "0.6") + FORCES + WANTED
@@ -259,6 +264,7 @@ def test_trade_goes_on_where_there_is_no_ladder() -> None:
     assert "note: no ladder: " in found.stderr and json.loads(found.stdout)["ladder"] is None
 
 
+@pytest.mark.thorough
 def test_forces_on_frames_in_even_steps() -> None:
     """100 N bend the spring of 2e4 N/m by 5 mm, and by twice that at most while it swings."""
     (found,) = simulated(
@@ -310,6 +316,7 @@ time = 1e-3
 """
 
 
+@pytest.mark.thorough
 def test_motors_that_follow_from_loops_are_simulated_and_written() -> None:
     """A period of a controller too; `compare` reads the motion of the motors, dependent ones among them."""
     text = re.sub(r"coulomb = \d+", "coulomb = 0", FILES["gantry_rigid"].read_text())
@@ -331,6 +338,7 @@ def test_par_files_hold_no_motion() -> None:
     assert "give --scene FILE" in refused("simulate", EXAMPLES / "four_bar.par")
 
 
+@pytest.mark.thorough
 def test_loops_and_couplings_are_simulated_without_a_prediction() -> None:
     """A ball screw with elastic parts, a linkage; the table says that nothing was predicted."""
     text = (

@@ -57,6 +57,7 @@ def test_motors_held_or_under_control() -> None:
     assert len(controlled["frequencies"]) == 11 and "motor_y (controller)" in controlled["strain_energy"]
 
 
+@pytest.mark.thorough
 def test_modes_over_positions(tmp_path: Path) -> None:
     over = ("modes", TWO_AXIS, "--at", "motor_x=0.3", "--along", "motor_y=0:0.4:3")
     found = figures(*over, "--plots", tmp_path)
@@ -99,6 +100,7 @@ def test_signals_of_held_motors_are_left_out() -> None:
     assert "inputs: none; outputs: none\n" in shown and said in shown
 
 
+@pytest.mark.thorough
 def test_compare_on_the_command_line() -> None:
     found = figures("compare", TWO_AXIS, "--stroke", "0.01", "--duration", "0.02")
     assert found["frequencies"]["full"] == found["frequencies"]["reduced"] and found["frequencies"]["rigid"] == []

@@ -119,6 +119,7 @@ def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path
     )
 
 
+@pytest.mark.thorough
 def test_pictures_are_replaced_with_force_only(tmp_path: Path) -> None:
     shown = ("response", TWO_AXIS, "--input", "motor_x.tau", "--band", "1:10:3", "--plots", tmp_path / "new/plots")
     run(*shown)
@@ -143,6 +144,7 @@ def test_every_command_that_draws_offers_the_formats_of_pictures() -> None:
 BEGINNINGS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("form", PICTURE_FORMATS)
 def test_pictures_are_drawn_in_the_format_asked_for(form: str, tmp_path: Path) -> None:
     asked = ("--plot-format", form) if form != PICTURE_FORMATS[0] else ()

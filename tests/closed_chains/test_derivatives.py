@@ -61,6 +61,7 @@ def differences(name: str, function: Function, by: str) -> Array:
     return np.array(columns, dtype=object).T
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", DIFFERENTIATED)
 def test_derivatives_of_the_direct_model(name: str) -> None:
     tau = situations(name)[0].tau
@@ -98,6 +99,7 @@ def on(described: Machine, base: Base) -> Machine:
     return replace(described, base=base)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", DIVIDED)
 def test_parts_of_the_bias_forces(name: str) -> None:
     """Gravity, wrenches, friction, centrifugal and Coriolis forces, each on a machine that has nothing else."""

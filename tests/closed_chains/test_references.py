@@ -55,6 +55,7 @@ def test_figures_of_another_program(name: str, k: int, reference: type[Multiplie
         assert worst(value, results[quantity]) < FIGURES, quantity
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["five_bar", "sr400", "cam", "spatial_four_bar"])
 def test_small_motions(name: str) -> None:
     """Of another program, whose D and K are differences of 23 digits or more, and as `states` kept them."""

@@ -222,6 +222,7 @@ def test_a_loop_that_is_closed_twice_is_a_warning(tmp_path: Path) -> None:
     assert shown.code == 0 and "other loops close it already" in " ".join(shown.out.split())
 
 
+@pytest.mark.thorough
 def test_a_start_where_links_are_stretched_is_a_warning(tmp_path: Path) -> None:
     done = generated(tmp_path, four_bar(0.65, "q1 = 0, q2 = 0, q3 = 0"))
     warning = "warning: loop bars: start is within 1e-6 of a singular position: where"

@@ -60,6 +60,7 @@ def test_regressor_times_parameters_is_the_force(name: str) -> None:
         assert np.abs(found - wanted).max() < DOUBLE * np.abs(wanted).max()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [name for name in LINEAR if len(situations(name)) > 1])
 def test_energy_regressor_times_parameters_is_the_energy(name: str) -> None:
     """Differences of energy between two states."""

@@ -31,6 +31,7 @@ FEW_DIGITS = 1e-19
 """The reference's D and K are differences of 23 digits or more."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", MACHINES)
 def test_matrices_are_differences_of_virtual_work(name: str) -> None:
     described, situation = machine(name), situations(name)[0]

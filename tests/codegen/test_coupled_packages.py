@@ -40,6 +40,7 @@ def programs(name: str) -> Traced:
     return trace_models(whole, Scene(models=(*MODELS, "assemble") if assembled else MODELS))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", COUPLED)
 def test_c_compiles_without_warnings_and_agrees_with_numpy(name: str, tmp_path: Path) -> None:
     made = programs(name)

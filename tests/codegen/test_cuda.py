@@ -121,6 +121,7 @@ def test_steps_have_the_bits_of_c(name: str, hold: int) -> None:
             assert not c.size or c.any()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("precision", ["single", "mixed"])
 def test_other_precisions_have_the_bits_of_c(precision: str, tmp_path: Path, monkeypatch: Any) -> None:
     """Without room in shared memory too: then each thread computes what depends on parameters only."""

@@ -233,6 +233,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
 pytestmark = [needs_octave, needs_mkoctfile, pytest.mark.sampled(5)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", CASES)
 def test_functions_and_mex_have_the_numbers_of_numpy(session: Session, name: str) -> None:
     """To the last bit: vectors, matrices, pages of frames, at several states a call."""

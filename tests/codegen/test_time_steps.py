@@ -184,6 +184,7 @@ def by_numpy(of: Generated, step: StepText) -> tuple[Array, ...]:
     return found
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(6)
 @pytest.mark.parametrize("name", CASES)
 def test_c_is_numpy_and_batches_are_single_calls(name: str) -> None:

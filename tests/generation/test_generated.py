@@ -446,6 +446,7 @@ def test_an_array_too_short_is_noticed(tmp_path: Path) -> None:
         assert run.returncode != 0 and "heap-buffer-overflow" in run.stderr, shorter
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [0, 1])
 def test_random_trees_compile_without_a_warning_and_agree(seed: int, tmp_path: Path) -> None:
     """Friction, wrenches, a moving base, parameters for everything; all five models."""

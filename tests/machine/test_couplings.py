@@ -95,6 +95,7 @@ def test_random_coupled_machines_survive_writing(machine: Machine) -> None:
     assert toml.read(toml.write(machine), "") == machine
 
 
+@pytest.mark.thorough
 @given(coupled_machines())
 @settings(max_examples=100, deadline=None)
 def test_own_variables_that_are_not_named_are_found_or_in_doubt(machine: Machine) -> None:

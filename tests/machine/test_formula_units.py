@@ -194,6 +194,7 @@ def size(powers: Powers) -> Fraction:
     return math.prod((Fraction({"m": 7, "kg": 3, "s": 5}.get(base, 1)) ** int(x) for base, x in powers.items()))
 
 
+@pytest.mark.thorough
 @given(FORMULAS, st.randoms(use_true_random=False))
 @settings(max_examples=150, deadline=None)
 def test_what_is_accepted_is_the_same_in_any_units(text: str, rng: random.Random) -> None:

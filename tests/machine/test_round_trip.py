@@ -47,6 +47,7 @@ def test_random_machine_through_toml(machine: Machine) -> None:
     assert toml.read(toml.write(machine), "") == machine
 
 
+@pytest.mark.thorough
 @given(machines())
 @settings(max_examples=60, deadline=None)
 def test_random_machine_through_par(machine: Machine) -> None:

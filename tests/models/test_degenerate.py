@@ -320,6 +320,7 @@ def test_values_that_are_folded_decide_too() -> None:
 # No false alarms
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("first", range(0, 300, 50))
 def test_regular_trees_raise_no_alarm(first: int) -> None:
     for seed in range(first, first + 50):

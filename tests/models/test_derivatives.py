@@ -281,6 +281,7 @@ def test_equations_in_latex(machine: Machine, name: str) -> None:
     assert literal == []
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_c_compiles_without_a_warning(compiler: str, tmp_path: Path) -> None:
     for machine in (planar_2r(elastic=(2,)), chain(3, symbolic=True)):

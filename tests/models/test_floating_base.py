@@ -118,6 +118,7 @@ def test_direct_and_inverse_models_agree(seed: int, tmp_path: Path) -> None:
         assert worst(balance[:6], base["f0"]) < 1e3 * TOLERANCE
 
 
+@pytest.mark.thorough
 def test_quaternion_and_rotation_agree(tmp_path: Path) -> None:
     machine, base = two_children(), base_state(1)
     state = joint_state(machine, 1)
@@ -175,6 +176,7 @@ def test_a_single_body_obeys_newton_and_euler(tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.thorough
 def test_a_base_that_is_held_is_fixed(tmp_path: Path) -> None:
     """At rest, not turned, its acceleration zero: the results of the fixed base to the last bits."""
     machine = random_machine(5, joints=7)

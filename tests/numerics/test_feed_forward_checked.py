@@ -29,6 +29,7 @@ def test_it_is_put_back_into_the_equations_of_motion(machine: Machine) -> None:
     assert max(model.numpy.moderate, model.equations.moderate) < 1e-13
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("flap", ["5000", "5000*(1 + 0.1*sin(qm + d_flap))"])
 def test_springs_on_dependent_joints_and_changing_stiffness(flap: str) -> None:
     """States at which no deflection balances the load are not judged."""

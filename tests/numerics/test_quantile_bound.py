@@ -62,6 +62,7 @@ def test_few_and_infinite_errors_have_no_bound() -> None:
     assert bound_of_more(np.ones(400), 100_000) == bound_of_quotients(np.ones(400), np.ones(400), 100_000) == 1.0
 
 
+@pytest.mark.thorough
 def test_unseen_states_of_a_machine_are_within() -> None:
     """Errors of single precision with inputs in double; `python -m tests.benchmarks.advice` tries 100 000 states."""
     machine, _ = read_machine(EXAMPLES / "planar_2r.toml")

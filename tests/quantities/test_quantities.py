@@ -214,6 +214,7 @@ def test_every_generated_name_has_one_row() -> None:
     assert found().wrong == ()
 
 
+@pytest.mark.thorough
 def test_every_row_is_the_row_of_some_name() -> None:
     assert [row.name + row.component for row in INTERMEDIATES if row not in found().rows] == []
     assert set(PREFIXES) - found().prefixes == set()

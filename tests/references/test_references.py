@@ -229,6 +229,7 @@ def test_random_machines_are_equal_when_asked_equally_and_physical(symbolic: boo
         )
 
 
+@pytest.mark.thorough
 def test_random_machines_are_regular_even_when_aligned() -> None:
     """All joints at quarter turns is where axes meet; massless bodies must not make A singular there."""
     massless = 0

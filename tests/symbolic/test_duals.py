@@ -102,6 +102,7 @@ def test_one_sweep_back_gives_the_derivatives_of_every_operation() -> None:
                 assert abs(found.get(name, 0) - forward.tangent) < 1e-48
 
 
+@pytest.mark.thorough
 def test_slopes_by_parameters_against_differences_in_50_digits() -> None:
     """Of forces, and of their changes along a direction: second derivatives by parameters and by positions."""
     machine = random_machine(7, joints=3, symbolic=True, friction=False)

@@ -179,6 +179,7 @@ def test_rational_values_are_kept(tree: Any, numbers: tuple[Fraction, ...]) -> N
     assert evaluate([root], names, EXACT)(root) == wanted
 
 
+@pytest.mark.thorough
 @settings(max_examples=150, deadline=None)
 @given(trees, st.integers(0, 5))
 def test_residues_are_kept(tree: Any, seed: int) -> None:

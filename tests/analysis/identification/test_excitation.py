@@ -109,6 +109,7 @@ def test_what_it_excites_is_identified(tmp_path: Path) -> None:
         assert found[label]["value"] == pytest.approx(exact, rel=1e-3), wanted
 
 
+@pytest.mark.thorough
 def test_tables_and_pictures(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     ran = run(

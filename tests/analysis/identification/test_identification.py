@@ -611,6 +611,7 @@ def test_lengths_in_mm_and_angles_in_degrees(arm: Machine) -> None:
 # Pictures
 
 
+@pytest.mark.thorough
 def test_pictures(arm: Machine, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     found = identify(arm, exact(arm, still=(1,)), filtered=False)

@@ -213,6 +213,7 @@ def test_forces_on_frames_are_measured_too() -> None:
     assert reduced_scene(pushed, in_series(), Scene()).forces == ("tip",)
 
 
+@pytest.mark.thorough
 def test_springs_in_series_are_condensed() -> None:
     """Rungs are those of the machine with one spring; a gram between the two changes the measured error by little."""
     joined = joined_ladder()
@@ -284,6 +285,7 @@ def test_ranges_of_starts_that_are_reversed_are_refused(box: str) -> None:
     assert "--box: motor_y=" in line and line.endswith("is not a range: give LOW:HIGH, LOW first")
 
 
+@pytest.mark.thorough
 def test_springs_that_a_scene_has_static_stay_static() -> None:
     """The whole machine is that of the scene then; rungs leave out more springs, and are measured as predicted."""
     static = restrict(in_series(), Scene(static={"arm": None}, condense=True))

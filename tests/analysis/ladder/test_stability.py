@@ -36,6 +36,7 @@ def test_motions_that_grow_set_no_limit() -> None:
     assert largest_stable_step(RK4, np.zeros(4, dtype=complex)) == np.inf
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["w2", "w3", "rodas4"])
 def test_implicit_methods_have_no_limit(name: str) -> None:
     assert largest_stable_step(METHODS[name], np.array([1e9j, -1e9 + 0j])) == np.inf

@@ -70,6 +70,7 @@ def measured(name: str, servo: bool, steps: int) -> Array:
     return np.abs(placed[:: max(steps // EVENLY, 1)] - true_positions(servo)[::every]).max(axis=0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "servo"), CASES)
 def test_predictions_hold_for_generated_steps(name: str, servo: bool) -> None:
     """On every output, at two steps: to a fifth, as servos let motors deviate by some mm."""

@@ -116,6 +116,7 @@ def test_adapted_steps_move_it_so_too() -> None:
         assert wrong < 1e-7 * max(1.0, np.ptp(adapted().outputs[:, k])), name
 
 
+@pytest.mark.thorough
 def test_energy_is_that_of_the_motors() -> None:
     """The power of a motor is its torque times the rate of its own joint."""
     energy = adapted().energy
@@ -131,6 +132,7 @@ def test_what_is_written_holds_the_motors_too() -> None:
     assert {"q_along_x", "tau_arm_3"} <= columns.keys()
 
 
+@pytest.mark.thorough
 def test_motors_that_follow_exactly_become_the_independent_joints() -> None:
     """The crank then follows from the rocker; the load swings; the torque is the force that multipliers need."""
     machine = driven_at_the_rocker()
@@ -195,6 +197,7 @@ def test_the_start_names_independent_joints_of_the_file() -> None:
 # Refusals
 
 
+@pytest.mark.thorough
 def test_a_start_that_is_not_that_of_the_record_is_refused(tmp_path: Path) -> None:
     """The record of the motors says where the platform is."""
     t, first = np.linspace(0, DURATION, 30), under_servos().at(np.zeros(1))[0][0]

@@ -75,6 +75,7 @@ def error(method: str, steps: int, times: float, damping: float) -> float:
     return float(np.abs(found - wanted).max())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("damping", [0.0, 0.05])
 @pytest.mark.parametrize("method", ["w2", "w3"])
 def test_the_same_steps_suffice_at_any_stiffness(method: str, damping: float) -> None:

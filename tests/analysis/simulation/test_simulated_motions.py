@@ -64,6 +64,7 @@ def swung(servo: bool = False, forces: Sequence[AppliedForce] = ()) -> Reference
 # Independent references
 
 
+@pytest.mark.thorough
 def test_pinocchio_and_dop853_give_the_same_motion() -> None:
     """To the error that is measured, twelve joints, motors under servos."""
     pytest.importorskip("pinocchio")
@@ -129,6 +130,7 @@ def truth(name: str, servo: bool, samples: int) -> Truth:
     return Truth(reference, [()], t, generated_dynamics(reference.machine))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("name", "servo", "method", "steps"),
     [
@@ -209,6 +211,7 @@ def test_loops_without_closed_form_are_assembled_along_the_motion(tmp_path: Path
     np.testing.assert_allclose(one.q_dep, Followed(machine, given_values(machine)).at(one.q), rtol=0, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_the_right_side_of_assembled_loops_is_the_same_whatever_was_called_before(tmp_path: Path) -> None:
     """It depends on the time, the state and the position that loops are closed from, and on nothing else."""
     system = CompiledMotion(moved(closed_chain("ring"), 0.05, {"drive": (0.02, 0.04)}), tmp_path)
@@ -262,6 +265,7 @@ def pushed() -> tuple[Reference, Array, Array]:
     return reference, of.outputs(("elbow.q",), of.q)[:, 0, 0], of.motor_torques()[:, 0, motors]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("method", [None, "w3", "rk4", "rodas4"])
 def test_forces_on_frames_move_the_machine(method: str | None) -> None:
     """By even steps, and by adapted ones (no method); torques of motors that follow exactly hold them too."""
@@ -299,6 +303,7 @@ def test_steps_of_a_machine_without_forces_are_not_taken_under_forces(tmp_path: 
         CompiledSteps(drive(), ["w3"], tmp_path).run(reference, "w3", 10)
 
 
+@pytest.mark.thorough
 def test_examples_with_couplings_are_simulated() -> None:
     """A linkage that is coupled and closed; its spring is free, its motors follow exactly."""
     machine, _ = read_machine(EXAMPLES / "linkage.toml")

@@ -47,6 +47,7 @@ def python(folder: Path, *arguments: str) -> str:
     return ran.stdout
 
 
+@pytest.mark.thorough
 def test_two_processes_write_the_bytes_of_one(tmp_path: Path) -> None:
     write_machine(se.read(SLIDE), tmp_path / "slide.toml")
     found = se.sweep(

@@ -208,6 +208,7 @@ def test_forms_of_a_result(tmp_path: Path) -> None:
     assert found.as_json()["figures"]["a/b"][0] is None
 
 
+@pytest.mark.thorough
 def test_simulations_start_where_they_are_swept() -> None:
     """The final position moves along with the start, and is that of `simulate`."""
     machine = {

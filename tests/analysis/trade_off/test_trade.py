@@ -262,6 +262,7 @@ def test_the_drift_of_the_state(printed: dict[str, Any]) -> None:
     assert double <= 1e-10 * printed["drift"][0]["energy"]
 
 
+@pytest.mark.thorough
 def test_the_drift_where_loops_are_assembled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Dependent variables follow from step to step: what is left of energy is as small as in closed form."""
     monkeypatch.setattr(drift, "STEPS", 5000)
@@ -368,6 +369,7 @@ def test_a_tolerance_out_of_reach_ends_the_command(monkeypatch: pytest.MonkeyPat
     assert "ns a state" in result.stdout, "the front is shown all the same"
 
 
+@pytest.mark.thorough
 def test_the_picture(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     points = [

@@ -306,6 +306,7 @@ def test_a_parallelogram_by_loop_or_by_hand() -> None:
     np.testing.assert_allclose(one.eigenvalues, other.eigenvalues, rtol=0, atol=1e-9 * np.abs(one.eigenvalues).max())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "motors"), [("gantry", ["carriage_2"]), ("delta", ["arm_1", "arm_2", "arm_3"])])
 def test_motors_on_dependent_joints_become_independent(name: str, motors: list[str]) -> None:
     """The modes are those of the coordinates of the file, in which these motors follow from the loops."""

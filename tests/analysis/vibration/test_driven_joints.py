@@ -140,6 +140,7 @@ def test_springs_on_which_dependent_motors_act_are_refused() -> None:
         of_motors(gantry, led, np.zeros(1), q, 0 * q, np.zeros((1, 3)))
 
 
+@pytest.mark.thorough
 def test_what_is_refused_has_a_way_out() -> None:
     with pytest.raises(InputError, match=r"joint link_3: feed-forward: .* loop without closed form.*under servos"):
         with_motors_on_load_joints(driven_at(closed_chain("ring"), "link_3"))

@@ -44,6 +44,7 @@ def test_the_two_axis_machine() -> None:
     assert modes_of(two_axis(), {"motor_x": 0.3, "motor_y": 0.4}).frequencies[5] == pytest.approx(103.2, abs=0.06)
 
 
+@pytest.mark.thorough
 def test_the_two_axis_machine_against_50_digits() -> None:
     """Gravity tilts the bed under a motor X that is away from it: this motion drifts, and does not swing."""
     found = modes_of(two_axis(), PLACE)

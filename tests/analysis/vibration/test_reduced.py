@@ -86,6 +86,7 @@ def test_what_is_no_rotor_stays() -> None:
     assert rotors(replace(inclined, joints=joints)) == (1,)
 
 
+@pytest.mark.thorough
 def test_three_models_side_by_side() -> None:
     """Ia of a geared rotor couples by 1/N; without gear ratio the table is reduced already."""
     machine = arm(rotor=5.0, axial=0.0)

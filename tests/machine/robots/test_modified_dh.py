@@ -41,6 +41,7 @@ def test_generated_code_is_the_robot(text: str) -> None:
     assert ComparedRobot(text, read(text)).errors().worst < BOUND
 
 
+@pytest.mark.thorough
 @given(random_robots())
 @settings(max_examples=60)
 def test_tables_of_random_robots_are_the_robots(text: str) -> None:
