@@ -163,6 +163,7 @@ def test_wrong_arguments_are_named_as_arguments(two_axis: Any) -> None:
         se.modes(two_axis, att={})  # type: ignore[call-arg]
 
 
+@pytest.mark.thorough
 def test_scenes_are_files_or_tables(two_axis: Any) -> None:
     """The same motion, whether its scene is a file or dictionaries of Python."""
     pytest.importorskip("scipy")

@@ -137,6 +137,7 @@ def test_identify_reads_what_is_written_and_finds_the_masses() -> None:
     assert masses == pytest.approx([3, 5], rel=1e-3)
 
 
+@pytest.mark.thorough
 def test_compare_reads_what_is_written_and_plots_are_drawn() -> None:
     run("simulate", *scene(), "--step", "1e-3", "--out", "move.npz", "--plots", "plots")
     assert {path.stem for path in Path("plots").iterdir()} == {"outputs", "deviation", "spectrum", "energy"}

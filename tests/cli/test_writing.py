@@ -322,6 +322,7 @@ def test_four_runs_at_once_leave_a_whole_folder(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_temporary_folders_go_when_a_run_is_ended(number: signal.Signals, tmp_path: Path) -> None:
     (tmp_path / "tmp").mkdir()

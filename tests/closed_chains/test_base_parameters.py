@@ -69,6 +69,7 @@ def _with_rotors(arm: Machine, tilt: str) -> Machine:
     return replace(arm, joints=tuple(joints))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [name for name in FILES if name not in ALIKE])
 def test_torques_stay(name: str) -> None:
     """Against virtual work of both machines, at states that the grouping has not seen."""

@@ -74,6 +74,7 @@ CASES = [(name, model) for name in COMPILED for model in (*MODELS, "assemble")]
 CASES = [(name, model) for name, model in CASES if model != "assemble" or name in ASSEMBLED]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "model"), CASES)
 def test_one_state(name: str, model: str) -> None:
     for k in STATES:

@@ -95,6 +95,7 @@ def advanced(of: Generated, step: StepText, rows: list[dict[str, Array]]) -> lis
     return [sums.get(k, x) for k, x in enumerate(written)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("hold", [HOLD, 0])
 @pytest.mark.parametrize("name", CASES)
 def test_steps_have_the_bits_of_c(name: str, hold: int) -> None:
@@ -197,6 +198,7 @@ def test_a_kernel_of_the_user_calls_two_machines(tmp_path: Path, monkeypatch: An
     assert one.all()
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(nvrtc.library() is None, reason=nvrtc.MISSING)
 @pytest.mark.parametrize("architecture", [70, 80, 90, 100])
 def test_nvrtc_compiles_two_machines_in_one_file(architecture: int) -> None:

@@ -87,6 +87,7 @@ def test_code_with_these_names_is_right(hostile: Machine) -> None:
     assert verify(hostile, Scene(models=SOME)).ok
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_c_with_these_names_compiles_without_a_warning(hostile: Machine, precision: str, tmp_path: Path) -> None:

@@ -246,6 +246,7 @@ def test_functions_and_mex_have_the_numbers_of_numpy(session: Session, name: str
         assert all(not x.size or np.isfinite(x).any() for x in answer.results), call.function
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [name for name, (_, scene) in CASES.items() if scene.steps])
 def test_time_steps_of_mex_lead_where_those_of_numpy_lead(session: Session, name: str) -> None:
     """To rounding: sums of stages are formed in another order."""

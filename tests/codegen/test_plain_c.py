@@ -303,6 +303,7 @@ IN_PRECISION: dict[str, tuple[TimeStep, ...]] = {
 """Every method once: the checker takes seconds for each."""
 
 
+@pytest.mark.thorough
 @pytest.mark.sampled(6)
 @pytest.mark.skipif(not shutil.which("cppcheck"), reason="cppcheck and its MISRA addon are not installed")
 @pytest.mark.parametrize("precision", PRECISION)

@@ -97,6 +97,7 @@ def test_against_pinocchio(seed: int, tmp_path: Path) -> None:
 # One model against another, motors, springs and passive joints
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(3))
 def test_direct_and_inverse_models_agree(seed: int, tmp_path: Path) -> None:
     """Whatever is known of the base, and as the Lagrange form A (V'0, qdd) + H = (f0, Gamma) has it."""

@@ -509,6 +509,7 @@ def inclined(machine: Machine, seed: int) -> Machine:
     return replace(machine, joints=tuple(replace(joint, alpha=cell(a), d=cell(d)) for joint, (a, d) in rows))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(6))
 def test_every_variable_in_the_code_matters(seed: int) -> None:
     """On a tree without parallel axes: a change of a variable that the code reads changes the result."""

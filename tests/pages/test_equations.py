@@ -300,6 +300,7 @@ def test_the_page_stands_alone(name, model):
     assert not re.search(r"https?:|url\(|@import|<script[^>]+src|<img|<link", text)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "model"), [("odd", "direct_dynamics"), ("rx90.par", "inertia_matrix")])
 def test_pages_are_repeatable(name, model):
     for page in (latex_document, html_page):

@@ -164,6 +164,7 @@ CASES = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("machine", CASES, ids=range(len(CASES)))
 def test_numbers_change_as_their_units_say(machine: Machine) -> None:
     wrong, seen = set(), 0

@@ -104,6 +104,7 @@ def test_columns_times_values_are_the_torques(name: str) -> None:
     np.testing.assert_allclose(found, record.tau, atol=1e-12 * np.abs(record.tau).max())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["five_bar", "gas_spring", "spatial_four_bar", "gantry", "gantry_rigid", "delta"])
 def test_columns_times_values_are_the_forces_of_virtual_work(name: str) -> None:
     """Springs, friction and wrenches in loops of every form; torques of motors on dependent joints act by S_m^T."""
@@ -140,6 +141,7 @@ def torques(described: Machine, q: Array, qd: Array, qdd: Array) -> Array:
     return found
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["sr400", "geared_2r"])
 def test_truth_lies_within_the_standard_deviations(name: str) -> None:
     """Encoders of 2e-5 rad, torques with noise of 1 %: as a normal distribution of half as many independent draws."""

@@ -64,6 +64,7 @@ def ratios(name: str) -> tuple[float, ...]:
     return tuple(found)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SCENES)
 def test_predictions_hold_on_the_nonlinear_machine(name: str) -> None:
     """Within a factor 2: springs locked and static, positions and torques."""

@@ -123,6 +123,7 @@ def test_energy_is_that_of_the_motors() -> None:
     assert abs(energy.left_over) < 1e-8 * energy.largest and energy.put_in > 0.1 * energy.largest
 
 
+@pytest.mark.thorough
 def test_what_is_written_holds_the_motors_too() -> None:
     columns = adapted().arrays()
     at = JointCoordinates(delta(), delta().motors)(adapted().motion)

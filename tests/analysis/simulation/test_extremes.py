@@ -85,6 +85,7 @@ def test_the_same_steps_suffice_at_any_stiffness(method: str, damping: float) ->
     assert steps.max() / steps.min() < SPREAD
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("times", STIFFER)
 @pytest.mark.parametrize("damping", [0.0, 0.05])
 @pytest.mark.parametrize("method", ["w2", "w3", "rodas4"])

@@ -61,6 +61,7 @@ def accelerations(of: FeedForward, k: int) -> dict[str, float]:
     return dict(zip(names, at.direct(list(of.tau[k])).astype(float).tolist(), strict=True))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("k", PLACES)
 def test_the_platform_accelerates_as_wanted(k: int) -> None:
     """Under the torques alone; positions and velocities of the motors are those of the loops closed in 70 digits.
