@@ -20,7 +20,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.valid_names import with_valid_names
-from tests.machine.robots.samples import ARM, GRIPPER, joint, link, random_robots, robot
+from tests.formats.robots.samples import ARM, GRIPPER, joint, link, random_robots, robot
 
 HEAD = 'name = "m"\ngravity = [0, 0, -9.81]\njoints = [\n'
 ROW = '  {{ name = "{0}", antecedent = {1}, kind = "{2}", sigma = 0, theta = "{3}" }},\n'

@@ -15,7 +15,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.machine import Closing, Kind, Machine
 from symoro_elastic.machine.valid_names import with_valid_names
-from tests.machine.robots.samples import ARM, GRIPPER, joint, link, random_robots, robot
+from tests.formats.robots.samples import ARM, GRIPPER, joint, link, random_robots, robot
 
 pytest.importorskip("pinocchio")
 

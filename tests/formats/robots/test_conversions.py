@@ -18,7 +18,7 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.valid_names import with_valid_names
 from symoro_elastic.models.packaging import reserved_words
 from tests.command_line import EXAMPLES, ended, refused, run
-from tests.machine.robots.samples import ARM, GRIPPER, joint, link, robot
+from tests.formats.robots.samples import ARM, GRIPPER, joint, link, robot
 
 SKEW = robot(
     *map(link, "abc"), joint("one", "a", "b", rpy=(1.57079632679, 0, 0)), joint("two", "b", "c", xyz=(0, 1e-11, 1))

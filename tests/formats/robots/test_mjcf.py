@@ -13,7 +13,7 @@ from symoro_elastic.formats.reading import read
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.numerics.implementations import numpy_model
-from tests.machine.robots.mjcf_samples import ROBOTS, SEVERAL, SPRINGS, SPRUNG_MOTORS, random_robot
+from tests.formats.robots.mjcf_samples import ROBOTS, SEVERAL, SPRINGS, SPRUNG_MOTORS, random_robot
 
 pytest.importorskip("mujoco")
 

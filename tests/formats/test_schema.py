@@ -14,8 +14,8 @@ from symoro_elastic.formats.toml.schema import machine_schema, scene_schema
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.models.catalogue import MODELS
+from tests.formats.test_bad_toml import BAD
 from tests.machine.samples import COUPLED, TOML
-from tests.machine.test_bad_toml import BAD
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 MACHINE, SCENE = (jsonschema.Draft202012Validator(schema(MODELS)) for schema in (machine_schema, scene_schema))

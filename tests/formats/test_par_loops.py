@@ -19,8 +19,8 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter
 from tests.closed_chains.machines import FILES, reordered
+from tests.formats.test_bad_par import message
 from tests.machine.samples import PAR, PAR_LOOP, numbers
-from tests.machine.test_bad_par import message
 
 pytestmark = pytest.mark.sampled(5)
 

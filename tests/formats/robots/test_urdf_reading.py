@@ -15,7 +15,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.valid_names import with_valid_names
 from symoro_elastic.models.packaging import reserved_words
-from tests.machine.robots.samples import ARM, GRIPPER, joint, link, robot
+from tests.formats.robots.samples import ARM, GRIPPER, joint, link, robot
 
 BOMB = """<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>
 <robot name="&b;"/>"""

@@ -16,8 +16,8 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.models.packaging import reserved_words
+from tests.formats.test_bad_toml import damaged
 from tests.machine.samples import PAR
-from tests.machine.test_bad_toml import damaged
 
 
 def message(text: str) -> str:
