@@ -77,7 +77,8 @@ class Motion:
         for members in self._transmissions:
             for j in members.links:
                 if j in self.known:
-                    Gamma[j] = found.Gamma[j] + product({i: self._C[i].get(j, 0) for i in members.links}, found.Gamma)
+                    followers = {i: self._C[i].get(j, 0) for i in members.links if i in self._C}
+                    Gamma[j] = found.Gamma[j] + product(followers, found.Gamma)
         led = projection(self.S, {j: found.Gamma[j] for j in self._led})
         return dict.fromkeys(self.bound.machine.independent, 0) | combination(((1, Gamma), (1, led)))
 

@@ -24,6 +24,7 @@ from symoro_elastic.numerics.verification.verify import verify
 from tests.closed_chains.machines import FILES, machine
 from tests.references.closed_chains import DIGITS, Chain, State
 from tests.references.constraint_multipliers import Multipliers
+from tests.references.random_machines import led_by_the_first, random_machine
 
 pytestmark = pytest.mark.sampled(8)
 
@@ -40,6 +41,14 @@ def test_all_machines_pass(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
         assert model.moderate == 4 and model.extreme >= 6
         for worst in (model.numpy, model.c, model.equations):
             assert worst is not None and worst.moderate < 1e-12
+
+
+@pytest.mark.parametrize("seed", [43, 51, 58, *range(7)])
+def test_random_transmissions_pass(seed: int) -> None:
+    """The last joint follows the first one: fixed frames, springs and motors lie between them."""
+    coupled = led_by_the_first(random_machine(seed, joints=5))
+    found = verify(coupled, Scene(), states=(2, 4))
+    assert found.ok and not found.missing and found.disagreement < 1e-40
 
 
 @pytest.mark.parametrize("name", FILES)

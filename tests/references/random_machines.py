@@ -359,3 +359,15 @@ def _base(rng: np.random.Generator, moving: bool) -> Base:
         numbers.vector("xyz", acceleration),
         numbers.vector("xyz", angular_acceleration),
     )
+
+
+def led_by_the_first(machine: Machine, factor: float = 0.3) -> Machine:
+    """The machine whose last variable of the first one's kind has a multiple of the first one added in its cell."""
+    with_variable = [row for row in machine.joints if row.variable]
+    first = with_variable[0]
+    last = next((row for row in reversed(with_variable[1:]) if row.sigma == first.sigma), None)
+    if last is None:
+        return machine
+    cell = "r" if last.sigma else "theta"
+    led = replace(last, **{cell: Formula.parse(f"{getattr(last, cell)} + {factor}*{first.variable}")})
+    return replace(machine, joints=tuple(led if row is last else row for row in machine.joints))
