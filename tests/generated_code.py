@@ -27,6 +27,7 @@ from symoro_elastic.models.closed_chains import CLOSED_CHAINS
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
+from symoro_elastic.models.inverse_kinematic import INVERSE_KINEMATIC
 from symoro_elastic.models.packaging import package
 from symoro_elastic.models.static_deflections import STATIC_SPRINGS
 from symoro_elastic.symbolic.program import OperationCount
@@ -34,7 +35,8 @@ from symoro_elastic.symbolic.program import OperationCount
 ALL_MODELS = tuple(
     name
     for name, model in MODELS.items()
-    if model not in (*INVERSE_GEOMETRIC, *DERIVATIVES, *FEED_FORWARD, *CLOSED_CHAINS, *STATIC_SPRINGS)
+    if model
+    not in (*INVERSE_GEOMETRIC, *INVERSE_KINEMATIC, *DERIVATIVES, *FEED_FORWARD, *CLOSED_CHAINS, *STATIC_SPRINGS)
 )
 """The models that every machine has, but for derivatives, which are long."""
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")

@@ -10,9 +10,9 @@ from dataclasses import replace
 from symoro_elastic.machine.described import AnyMachine, with_changed_scene
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Kind, KnownOfBase
-from symoro_elastic.machine.scene import BASE
+from symoro_elastic.machine.scene import BASE, COMPONENTS
 
-COORDINATES = tuple(f"{BASE}.{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
+COORDINATES = tuple(f"{BASE}.{axis}" for axis in COMPONENTS)
 """Names of the six joints; the frame they carry is the base."""
 QUARTER = Formula.parse("pi/2")
 

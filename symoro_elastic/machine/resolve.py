@@ -66,7 +66,7 @@ def _frame(text: str, joints: Mapping[str, str], machine: Machine, source: str) 
         asked = RequestedPart.parse(text)
     except FormulaError as error:
         raise InputError(source, "scene, forces", f"{quote(text)}: {error}") from None
-    if asked.seen_from or asked.by:
+    if asked.seen_from or asked.by or asked.component:
         what = f"{quote(text)}: wrenches are in axes of frame 0: name a frame, or a point as 'tool at (0.1, 0, 0)'"
         raise InputError(source, "scene, forces", what)
     name = joints[_known(asked.name, joints, "frame", source, "forces")]
@@ -100,14 +100,19 @@ def _output(text: str, model: str, joints: dict[str, str], machine: Machine, sou
     for coordinate in asked.at or ():
         _check_value(coordinate, machine, source, key)
     if asked.seen_from is None:
-        return str(RequestedPart(name, asked.at, by=asked.by))
-    return str(RequestedPart(name, asked.at, places[_known(asked.seen_from, places, "frame", source, key)]))
+        return str(RequestedPart(name, asked.at, by=asked.by, component=asked.component))
+    return str(
+        RequestedPart(
+            name, asked.at, places[_known(asked.seen_from, places, "frame", source, key)], component=asked.component
+        )
+    )
 
 
 def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, models: Models, source: str) -> None:
     """Refuse parts and columns that a model does not have."""
-    seen = [name for name, offer in models.items() if offer.parts in (Parts.FRAMES, Parts.POINTS)]
-    at_points = [name for name, offer in models.items() if offer.parts is Parts.POINTS]
+    seen = [name for name, offer in models.items() if offer.parts in (Parts.FRAMES, Parts.POINTS, Parts.COMPONENTS)]
+    at_points = [name for name, offer in models.items() if offer.parts in (Parts.POINTS, Parts.COMPONENTS)]
+    by_component = [name for name, offer in models.items() if offer.parts is Parts.COMPONENTS]
     differentiated = [name for name, offer in models.items() if offer.columns]
     for model, texts in outputs.items():
         for text in texts:
@@ -118,6 +123,7 @@ def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, model
                 (asked.seen_from is not None, seen, "as seen from a frame"),
                 (asked.at is not None, at_points, "at a point"),
                 (bool(asked.by), differentiated, "by names of columns"),
+                (bool(asked.component), by_component, "by components of twists"),
             ):
                 if is_asked and model not in offering:
                     what = f"{quote(text)}: only {', '.join(offering)} can be requested {how}"

@@ -14,6 +14,8 @@ BASE = "base"
 RECURSION, INERTIA, AUTO = "recursion", "inertia", "auto"
 FORMS = (RECURSION, INERTIA, AUTO)
 """Forms of the direct dynamic model: by recursion, by the inertia matrix, the faster one that is as accurate."""
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+"""Components of twists: along the axes, then about them."""
 SEEN_FROM = " in "
 AT = " at "
 BY = " by "
@@ -25,7 +27,7 @@ class Parts(Enum):
     """Parts of a model's results that a scene may ask for.
 
     None where they belong to the machine as a whole; those of joints; of bodies; of frames, which may be seen from
-    others; of frames and points of them.
+    others; of frames and points of them; of these and of single components of their twists.
     """
 
     WHOLE = "whole"
@@ -33,6 +35,7 @@ class Parts(Enum):
     BODIES = "bodies"
     FRAMES = "frames"
     POINTS = "points"
+    COMPONENTS = "components"
 
 
 class Offer(Protocol):
@@ -87,6 +90,7 @@ class RequestedPart:
 
     Written "tool", "tool at (0.1, 0, L2)", "tool in bed_x", "tool at (0.1, 0, L2) in base". The
     point has three coordinates in the frame's own axes, m, numbers or formulas of parameters.
+    Of inverse kinematic models, "tool.x" or "tool.rz at (0.1, 0, L2) in base" asks for one component of the twist.
     Of derivatives, "by M1, K2" asks for the columns that belong to these names; "tool by M1" for a
     row and a column.
     """
@@ -95,6 +99,7 @@ class RequestedPart:
     at: Point | None = None
     seen_from: str | None = None
     by: tuple[str, ...] = ()
+    component: str = ""
 
     @classmethod
     def parse(cls, text: str) -> RequestedPart:
@@ -110,12 +115,16 @@ class RequestedPart:
         if len(at) > 1:
             raise FormulaError("write one point of one frame")
         point, place = _point(at[0].strip()) if at else None, seen_from[0].strip() if seen_from else None
-        return cls(name.strip(), point, place, tuple(dict.fromkeys(names)))
+        frame, dot, component = name.strip().partition(".")
+        if dot and component not in COMPONENTS:
+            raise FormulaError(f"write a component as one of {', '.join(COMPONENTS)}, as in 'tool.x'")
+        return cls(frame, point, place, tuple(dict.fromkeys(names)), component)
 
     def __str__(self) -> str:
         at = f"{AT}({', '.join(map(str, self.at))})" if self.at else ""
         seen_from = f"{SEEN_FROM}{self.seen_from}" if self.seen_from else ""
-        return (self.name + at + seen_from + (f"{BY}{', '.join(self.by)}" if self.by else "")).strip()
+        component = f".{self.component}" if self.component else ""
+        return (self.name + component + at + seen_from + (f"{BY}{', '.join(self.by)}" if self.by else "")).strip()
 
 
 def _point(text: str) -> Point:

@@ -21,6 +21,7 @@ from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.geometric import GEOMETRIC
 from symoro_elastic.models.identification import IDENTIFICATION
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
+from symoro_elastic.models.inverse_kinematic import INVERSE_KINEMATIC
 from symoro_elastic.models.model import Frame, Frames, Joints, Model, Results, TracedModel
 from symoro_elastic.models.static_deflections import DEFLECTIONS, STATIC_SPRINGS
 from symoro_elastic.models.tracing import Trace, prune, schedule
@@ -37,6 +38,7 @@ FAMILIES = (
     FEED_FORWARD,
     GEOMETRIC,
     INVERSE_GEOMETRIC,
+    INVERSE_KINEMATIC,
     IDENTIFICATION,
     CLOSED_CHAINS,
     STATIC_SPRINGS,
@@ -94,6 +96,8 @@ def trace_of(model: Model, bound: Bound, results: Results, *, whole: bool = True
     if model.own_arguments:
         entries = model.own_arguments(bound, results)
         model = replace(model, arguments=tuple(entries))
+    if model.own_rows:
+        model = replace(model, own=(*model.own, *model.own_rows(bound, results)))
     if machine.is_coupled:
         model = of_closed_chain(model, bound, results)
     if machine.forces:
@@ -202,7 +206,9 @@ def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
     numbers = {BASE: 0} | {joint.name: j for j, joint in enumerate(kept.joints, start=1)}
     asked = [RequestedPart.parse(text) for text in scene.outputs.get(model, ())]
     if MODELS[model].is_of_frames:
-        return tuple(Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at) for a in asked)
+        return tuple(
+            Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at, a.component) for a in asked
+        )
     joints = tuple(numbers[a.name] for a in asked if a.name)
     for j in joints:
         if j not in kept.independent:

@@ -37,7 +37,7 @@ def geometric_model(bound: Bound, asked: Frames) -> Results:
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        for row, x in zip(*views[_observer(bound, frame)].frames[_link(bound, frame)], strict=True):
+        for row, x in zip(*views[observer_of(bound, frame)].frames[link_of(bound, frame)], strict=True):
             entries += [*row, x]
         entries += [0, 0, 0, 1]
     return {"T": _of_frames(asked, entries, (4, 4))}
@@ -45,12 +45,12 @@ def geometric_model(bound: Bound, asked: Frames) -> Results:
 
 def _velocities(bound: Bound, asked: Frames) -> Results:
     own = velocities(bound.mechanism, bound.rates())
-    return {"V": _twists(bound, asked, "V", own, bound.mechanism, [0] * len(own))}
+    return {"V": twists(bound, asked, "V", own, bound.mechanism, [0] * len(own))}
 
 
 def _accelerations(bound: Bound, asked: Frames) -> Results:
     mechanism, qdd = replace(bound.mechanism, acceleration=bound.base_acceleration), bound.given_accelerations()
-    return {"Vd": _twists(bound, asked, "Vd", accelerations(mechanism, bound.rates(), qdd), mechanism, qdd)}
+    return {"Vd": twists(bound, asked, "Vd", accelerations(mechanism, bound.rates(), qdd), mechanism, qdd)}
 
 
 def _jacobian_dot_qd(bound: Bound, asked: Frames) -> Results:
@@ -58,7 +58,7 @@ def _jacobian_dot_qd(bound: Bound, asked: Frames) -> Results:
     _refuse_without_joints(bound, "jacobian_dot_qd")
     still, qdd = replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST), bound.bias_accelerations()
     in_base = tuple(replace(frame, seen_from=frame.seen_from or 0) for frame in asked)
-    found = _twists(bound, in_base, "Vd", accelerations(still, bound.rates(), qdd), still, qdd)
+    found = twists(bound, in_base, "Vd", accelerations(still, bound.rates(), qdd), still, qdd)
     return {"Vd": replace(found, frames=asked)}
 
 
@@ -68,10 +68,10 @@ def _jacobian(bound: Bound, asked: Frames) -> Results:
     views = _views(bound, asked)
     entries: list[Scalar] = []
     for frame in asked:
-        by_joint = jacobian(bound.mechanism, views[_observer(bound, frame)], _link(bound, frame))
+        by_joint = jacobian(bound.mechanism, views[observer_of(bound, frame)], link_of(bound, frame))
         columns = _by_independent(bound, by_joint)
         if not frame.seen_from:
-            name_jacobian(bound, columns, _link(bound, frame))
+            name_jacobian(bound, columns, link_of(bound, frame))
         entries += [columns[j][k] if j in columns else 0 for k in range(6) for j in bound.machine.independent]
     return {"J": _of_frames(asked, entries, (6, len(bound.machine.independent)))}
 
@@ -85,21 +85,23 @@ def _by_independent(bound: Bound, columns: Mapping[int, Twist]) -> dict[int, tup
 
 def _views(bound: Bound, asked: Frames) -> dict[int, FrameSet]:
     """All frames as seen from frame 0, named, and from every other frame that is requested."""
-    seen_from = dict.fromkeys((0, *(_observer(bound, frame) for frame in asked)))
+    seen_from = dict.fromkeys((0, *(observer_of(bound, frame) for frame in asked)))
     views = {k: frame_set(bound.mechanism, k) for k in seen_from}
     name_frames(bound, views[0].frames)
     return views
 
 
-def _twists(bound: Bound, asked: Frames, quantity: str, own: list[Twist], mechanism: Mechanism, qdd: Scalars) -> Result:
+def twists(bound: Bound, asked: Frames, quantity: str, own: list[Twist], mechanism: Mechanism, qdd: Scalars) -> Result:
     """V or Vd of each frame: `own` in the frame itself, or with components in the frame it is seen from."""
     views = _views(bound, asked)
     name_twists(bound, own, views[0].frames, quantity, EQUATIONS[quantity])
     motions = {k: motion_expressed_in(mechanism, seen_by, bound.rates(), qdd) for k, seen_by in views.items()}
     _name_seen(bound, *motions[0], EQUATIONS[quantity])
     seen = {k: motion[quantity == "Vd"] for k, motion in motions.items()}
-    twists = [(own if f.seen_from in (None, f.number) else seen[_observer(bound, f)])[_link(bound, f)] for f in asked]
-    return _of_frames(asked, [x for twist in twists for x in twist.entries], (6,))
+    found = [
+        (own if f.seen_from in (None, f.number) else seen[observer_of(bound, f)])[link_of(bound, f)] for f in asked
+    ]
+    return _of_frames(asked, [x for twist in found for x in twist.entries], (6,))
 
 
 def _name_seen(bound: Bound, V: list[Twist], Vd: list[Twist], equations: str) -> None:
@@ -116,12 +118,12 @@ def _of_frames(asked: Frames, entries: list[Scalar], columns: tuple[int, ...]) -
     return Result(tuple(f.number for f in asked), tuple(entries), columns, asked)
 
 
-def _observer(bound: Bound, frame: Frame) -> int:
+def observer_of(bound: Bound, frame: Frame) -> int:
     """The number of the frame that a frame is seen from, frame 0 where none is named."""
     return bound.met_frame(frame.seen_from or 0)
 
 
-def _link(bound: Bound, frame: Frame) -> int:
+def link_of(bound: Bound, frame: Frame) -> int:
     """The number of a frame in the mechanism, where points come after the table."""
     if frame.at is None:
         return bound.met_frame(frame.number)

@@ -22,12 +22,13 @@ Joints = tuple[int, ...]
 class Frame:
     """A requested frame, and the frame it is seen from where a scene names one (0 is the base).
 
-    `at` moves its origin to a point of its body: coordinates in the frame's own axes, m.
+    `at` moves its origin to a point of its body: coordinates in the frame's own axes, m. `component` is of a twist.
     """
 
     number: int
     seen_from: int | None = None
     at: Point | None = None
+    component: str = ""
 
 
 Frames = tuple[Frame, ...]
@@ -97,6 +98,8 @@ class Model:
     """Rows that hold for this model in place of those of the table."""
     own_arguments: Callable[[Bound, Results], dict[str, tuple[str, ...]]] | None = None
     """Arguments and names of their entries, where they depend on the machine."""
+    own_rows: Callable[[Bound, Results], tuple[Quantity, ...]] | None = None
+    """More of its own rows, where they depend on what is asked of it."""
     columns: tuple[str, ...] = ()
     """Arguments that derivatives are taken by."""
     on_base: tuple[str, ...] | None = None
@@ -118,7 +121,7 @@ class Model:
     @property
     def is_of_frames(self) -> bool:
         """Whether results follow frames."""
-        return self.parts in (Parts.BODIES, Parts.FRAMES, Parts.POINTS)
+        return self.parts in (Parts.BODIES, Parts.FRAMES, Parts.POINTS, Parts.COMPONENTS)
 
     def quantity(self, name: str) -> Quantity:
         """The row of one of its arguments or results."""

@@ -72,6 +72,7 @@ ROWS = (
     Intermediate("length", "number", "r", "", "@,#", "", (1,), same("m"), "shift of joint j in solution i"),
     Intermediate("w", "axis", r"\omega", "", "@#", r"{}^{j}\omega_{j}", (3,), same("rad/s"),
                  "angular velocity of body j"),
+    Intermediate("weight", "", "w", "", "@", "", (), None, "weight of joint j"),
     Intermediate("ww", "square", r"\overline{\omega_{@<}^{2}}", "", "", "", (7, 14), same("rad2/s2"),
                  "square of an angular velocity"),
     Intermediate("ww", "product", r"\overline{\omega_{@<}\,\omega_{@>}}", "", "", "", (7, 14), same("rad2/s2"),

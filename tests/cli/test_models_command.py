@@ -20,9 +20,9 @@ from tests.analysis.vibration.test_singular_inertia import on_the_axis
 from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import run
 from tests.generated_code import imported, rendered
-from tests.references.random_machines import planar_2r, two_children
+from tests.references.random_machines import chain, planar_2r, two_children
 
-ANY = ("columns", "parameters", "solutions", "joints")
+ANY = ("columns", "parameters", "solutions", "joints", "components")
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +43,8 @@ def test_shapes_are_those_of_traced_models(name: str, listed: Any) -> None:
         machine = closed_chain("ring" if name == "assemble" else "geared_five_bar")
     if MODELS[name].family == "static springs":
         machine = restrict(machine, Scene(static={next(j.name for j in machine.joints if j.kind == "elastic"): None}))
+    if MODELS[name].family == "inverse kinematics":
+        machine = chain(6, elastic=(6,))
     n, m = len(machine.independent), sum(joint.kind == "motor" for joint in machine.joints)
     sizes = {"n": n, "m": m, "(n - m)": n - m, "frames": len(machine.joints), "loops": len(machine.loops)}
     sizes |= {"d": len(machine.dependent), "s": len(machine.static), "n(n + 1)/2": n * (n + 1) // 2}

@@ -220,7 +220,7 @@ def test_every_row_is_the_row_of_some_name() -> None:
     assert set(PREFIXES) - found().prefixes == set()
 
 
-OF_PARAMETERS = {"Y", "h", "X", "p", "singularity", "residual"}
+OF_PARAMETERS = {"Y", "h", "X", "p", "singularity", "residual", "detJ", "weights"}
 """Their units are those of parameters, of products of lengths, of lengths and angles together ..."""
 
 
@@ -241,7 +241,7 @@ def test_intermediate_rows_have_symbol_and_meaning() -> None:
     assert len(set(keys)) == len(keys)
     for row in INTERMEDIATES:
         assert row.symbol() and row.meaning and row.role is Role.INTERMEDIATE
-        assert row.unit or row.name in ("y", "Y", "root", "W", "handed")
+        assert row.unit or row.name in ("y", "Y", "root", "W", "handed", "weight")
 
 
 def test_names_of_a_linearization_have_symbols() -> None:

@@ -16,6 +16,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import Cell, cells, with_cells
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, KnownOfBase, Machine, Parameter
+from symoro_elastic.machine.scene import COMPONENTS
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
 from symoro_elastic.quantities import INTERMEDIATES, PREFIXES, Intermediate, PairUnit, Quantity, Unit
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
@@ -106,8 +107,10 @@ def inputs(machine: Machine, traced: TracedModel, rng: np.random.Generator) -> I
     for argument in traced.program.inputs:
         row = traced.model.quantity(argument.name)
         each = sigma.get(row.shape) or [kind(k) for k in range(1, len(argument.symbols) + 1)]
+        if row.shape == "components":
+            each = [kind(int(name.rsplit("_", 1)[-1])) if row.unit else 0 for name in argument.symbols]
         for name, k in zip(argument.symbols, each, strict=True):
-            yield name, float(rng.uniform(0.3, 1.0)), scale(row.unit.of(k))
+            yield name, float(rng.uniform(0.3, 1.0)), scale(row.unit.of(k)) if row.unit else 1.0
 
 
 def entries(machine: Machine, traced: TracedModel, row: Quantity, shape: tuple[int, ...]) -> list[list[int]]:
@@ -116,7 +119,13 @@ def entries(machine: Machine, traced: TracedModel, row: Quantity, shape: tuple[i
     motors = [machine.joint(j).sigma for j in machine.motors]
     others = [machine.joint(j).sigma for j in machine.independent if j not in machine.motors]
     six = [kind(k) for k in range(1, 7)]
-    of = {"n": (moving, others, six + moving), "m": (motors,), "6": (six,), "(n - m)": (others,)}
+    chosen = (
+        [machine.joint(j).sigma for j in traced.rows[row.name]] if traced.model.family == "inverse kinematics" else []
+    )
+    of = {"n": (moving, others, six + moving, chosen), "m": (motors,), "6": (six,), "(n - m)": (others,)}
+    of["components"] = (
+        [kind(COMPONENTS.index(x) + 1) for x in traced.results[row.name].column_labels if x in COMPONENTS],
+    )
     if row.axes == (TRIANGLE,):
         each = six + moving if machine.floating else moving
         return [[each[i], each[j]] for i in range(len(each)) for j in range(i + 1)]

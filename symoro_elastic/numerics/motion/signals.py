@@ -13,15 +13,14 @@ from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.prescribed_motion import WRENCH
-from symoro_elastic.machine.scene import BASE, Point, RequestedPart
+from symoro_elastic.machine.scene import BASE, COMPONENTS, Point, RequestedPart
 from symoro_elastic.models.cells import Points
 
 MOTOR_TORQUE = "tau"
 JOINT_OUTPUTS = {"q": 0, "qd": 1, "qdd": 2}
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 WRENCH_INPUTS = {name: k for k, name in enumerate(WRENCH)}
 FRAME_OUTPUTS = {
-    **{name: (0, k) for k, name in enumerate(DIRECTIONS)},
+    **{name: (0, k) for k, name in enumerate(COMPONENTS)},
     **{name: (1, k) for k, name in enumerate(("vx", "vy", "vz", "wx", "wy", "wz"))},
     **{name: (2, k) for k, name in enumerate(("ax", "ay", "az", "wdx", "wdy", "wdz"))},
 }

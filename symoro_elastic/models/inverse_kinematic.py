@@ -1,0 +1,373 @@
+"""Inverse kinematic models of first and second order, and the determinant and inverse of a Jacobian.
+
+A scene names the frame and its components, as in ["tool.x", "tool.y", "tool.rz"], which stand in the order x, y, z, rx,
+ry, rz; without components they are those that some joint changes. Joints that do not change them have no entry in the
+results.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.scene import COMPONENTS, Parts
+from symoro_elastic.mechanics.coordinates import projection
+from symoro_elastic.mechanics.inverse_kinematics import (
+    DependentRows,
+    blocks,
+    determinant_factors,
+    least_norm,
+    solve_square,
+)
+from symoro_elastic.mechanics.kinematics import FrameSet, accelerations, frame_set, jacobian, path
+from symoro_elastic.mechanics.spatial import AT_REST, Axis, Twist, Vector, cross, is_zero
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.geometric import link_of, observer_of, twists
+from symoro_elastic.models.model import Frames, Model, Result, Results
+from symoro_elastic.models.modular import SEED
+from symoro_elastic.quantities import Quantity, quantity
+from symoro_elastic.quantities.signatures import ARGUMENT, RESULT
+from symoro_elastic.symbolic.arithmetic import ModularAngles
+from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.operations import SYMBOL
+
+Row = tuple[Scalar, ...]
+
+
+@dataclass(frozen=True)
+class Task:
+    """Components of the twist of one frame, seen from another, and the Jacobian in which they are simplest.
+
+    `rows` holds the Jacobian of the task, `columns` the joints of its columns. `restated` takes the components of a
+    twist, or of its derivative at zero joint accelerations, to those of `rows`: a change of axes and of the point where
+    all six are given, else themselves.
+    """
+
+    frames: Frames
+    components: tuple[int, ...]
+    columns: tuple[int, ...]
+    rows: tuple[Row, ...]
+    restated: Callable[[Sequence[Scalar]], Sequence[Scalar]]
+
+
+def task_of(bound: Bound, asked: Frames, model: str) -> Task:
+    """The task that a scene asks of a model; raises `InputError` where its components cannot be given."""
+    frames = _frames(bound, asked, model)
+    views = frame_set(bound.mechanism, observer_of(bound, frames[0]))
+    by_joint = jacobian(bound.mechanism, views, link_of(bound, frames[0]))
+    columns = _independent(bound, {j: column.entries for j, column in by_joint.items()})
+    changed = [k for k in range(6) if not all(_vanishes(column[k]) for column in columns.values())]
+    named = {frame.component for frame in frames}
+    components = tuple(changed) if "" in named else tuple(k for k, name in enumerate(COMPONENTS) if name in named)
+    _refuse_unchanged(bound, components, changed, model)
+    joints = tuple(j for j, column in columns.items() if not all(_vanishes(column[k]) for k in components))
+    task = Task(frames, components, joints, tuple(tuple(columns[j][k] for j in joints) for k in components), tuple)
+    _refuse_too_few_joints(bound, task, model)
+    return _simplest(bound, task, views) if components == tuple(range(6)) else task
+
+
+def _frames(bound: Bound, asked: Frames, model: str) -> Frames:
+    """The one frame that is asked for, once for each component; the last frame of the table where none is."""
+    machine = bound.machine
+    if len(asked) == len(machine.joints) and not any(frame.component for frame in asked):
+        asked = (asked[-1],)
+    if len({(replace(frame, component=""), frame.component == "") for frame in asked}) > 1:
+        what = "components of one frame are asked for, seen from one place: as in tool.x, tool.y, tool.rz"
+        raise machine.error(model, what)
+    return asked
+
+
+def _independent(bound: Bound, by_joint: dict[int, Row]) -> dict[int, Row]:
+    """Twists by the rates of the independent variables, from those by the rates of the joints [3], (L2)."""
+    rows = [projection(bound.coordinates.S, {j: column[k] for j, column in by_joint.items()}) for k in range(6)]
+    return {j: tuple(row.get(j, 0) for row in rows) for j in bound.machine.independent}
+
+
+def _vanishes(x: Scalar) -> bool:
+    """Whether an expression is zero at all values."""
+    if not isinstance(x, Expression):
+        return is_zero(x)
+    return not ModularAngles(SEED).values([x])(x)
+
+
+# The simplest Jacobian of all six components
+
+
+def _simplest(bound: Bound, task: Task, views: FrameSet) -> Task:
+    """The task in the axes of the frame, and about the origin, where the largest block is smallest.
+
+    With a spherical wrist it falls into two blocks of three about the centre of the wrist, in the axes of the forearm
+    (Khalil and Dombre 2002, 5.3).
+    """
+    frame = link_of(bound, task.frames[0])
+    on_way = [j for j in path(bound.mechanism, frame) if bound.mechanism.link(j).axis is not None] or [frame]
+    candidates = [_restated(bound, task, views, axes, point) for axes in on_way for point in on_way]
+    return min((task, *candidates), key=_size)
+
+
+def _size(task: Task) -> tuple[int, int]:
+    """Rows of the largest block, where the matrix is square, and entries that are not zero."""
+    entries = sum(not is_zero(x) for row in task.rows for x in row)
+    if len(task.columns) != len(task.rows):
+        return 0, entries
+    try:
+        return max(len(block.rows) for block in blocks(task.rows)), entries
+    except DependentRows:
+        return len(task.rows), entries
+
+
+def _restated(bound: Bound, task: Task, views: FrameSet, axes: int, point: int) -> Task:
+    """The task in the axes of one frame and about the origin of another, which the frame of the task carries along."""
+    mechanism, frame = bound.mechanism, link_of(bound, task.frames[0])
+    seen = frame_set(mechanism, axes)
+    origin = seen.frames[point].origin
+    by_joint: dict[int, Row] = {}
+    for j in path(mechanism, frame):
+        link, z = mechanism.link(j), seen.frames[j].z
+        if link.axis is Axis.PRISMATIC:
+            by_joint[j] = Twist(z, Vector(0, 0, 0)).entries
+        elif link.axis is Axis.REVOLUTE:
+            by_joint[j] = Twist(cross(z, origin - seen.frames[j].origin), z).entries  # (3)
+    columns = _independent(bound, by_joint)
+    rows = tuple(tuple(columns[j][k] for j in task.columns) for k in range(6))
+    given, lever = views.frames[axes], views.frames[point].origin - views.frames[frame].origin
+
+    def restated(V: Sequence[Scalar]) -> Sequence[Scalar]:
+        linear, angular = Vector(*V[:3]), Vector(*V[3:])
+        return Twist(given.rotation.T * (linear + cross(angular, lever)), given.rotation.T * angular).entries
+
+    return replace(task, rows=rows, restated=restated)
+
+
+# Models
+
+
+def _jacobian_determinant(bound: Bound, asked: Frames) -> Results:
+    name = "jacobian_determinant"
+    task = task_of(bound, asked, name)
+    _refuse_redundant(bound, task, name)
+    factors = _factors(bound, task, name)
+    product = factors[0]
+    for factor in factors[1:]:
+        product = product * factor
+    return {"detJ": Result(None, (product,), (1,))}
+
+
+def _inverse_jacobian(bound: Bound, asked: Frames) -> Results:
+    name = "inverse_jacobian"
+    task = task_of(bound, asked, name)
+    _refuse_redundant(bound, task, name)
+    _factors(bound, task, name)
+    size = len(task.components)
+    units = [[int(m == k) for m in range(size)] for k in range(size)]
+    columns = [solve_square(task.rows, task.restated(unit)) for unit in units]
+    entries = tuple(column[m] for m in range(size) for column in columns)
+    return {"Jinv": Result(task.columns, entries, (size,), column_labels=tuple(COMPONENTS[k] for k in task.components))}
+
+
+def _inverse_velocity_model(bound: Bound, asked: Frames) -> Results:
+    name = "inverse_velocity_model"
+    task = task_of(bound, asked, name)
+    return {"qd": _solution(bound, task, _wanted(bound, task, "V"), name)}
+
+
+def _inverse_acceleration_model(bound: Bound, asked: Frames) -> Results:
+    """From Vd = J qdd + (dJ/dt) qd."""
+    name = "inverse_acceleration_model"
+    task = task_of(bound, asked, name)
+    still, qdd = replace(bound.mechanism, velocity=AT_REST, acceleration=AT_REST), bound.bias_accelerations()
+    own = accelerations(still, bound.rates(), qdd)
+    seen = replace(task.frames[0], seen_from=task.frames[0].seen_from or 0)
+    twist = twists(bound, (seen,), "Vd", own, still, qdd).entries
+    wanted = _wanted(bound, task, "Vd")
+    return {"qdd": _solution(bound, task, [x - twist[k] for x, k in zip(wanted, task.components, strict=True)], name)}
+
+
+def _wanted(bound: Bound, task: Task, letter: str) -> list[Scalar]:
+    return [bound.graph.symbol(name) for name in _component_names(task, letter)]
+
+
+def _component_names(task: Task, letter: str) -> tuple[str, ...]:
+    return tuple(f"{letter}{task.frames[0].number}_{k + 1}" for k in task.components)
+
+
+def _weight_names(task: Task) -> tuple[str, ...]:
+    return tuple(f"weight{j}" for j in task.columns) if len(task.columns) > len(task.components) else ()
+
+
+def _solution(bound: Bound, task: Task, wanted: Sequence[Scalar], model: str) -> Result:
+    right = task.restated(wanted)
+    weights = [bound.graph.symbol(name) for name in _weight_names(task)]
+    if weights:
+        return Result(task.columns, tuple(least_norm(task.rows, weights, right)))
+    _factors(bound, task, model)
+    return Result(task.columns, tuple(solve_square(task.rows, right)))
+
+
+def _arguments_of(letter: str) -> Callable[[Bound, Results], dict[str, tuple[str, ...]]]:
+    """Arguments of an inverse kinematic model: the state, the wanted components, weights where there is redundancy.
+
+    Each component is in the solution, as a Jacobian of full rank leaves none out.
+    """
+
+    def arguments(bound: Bound, results: Results) -> dict[str, tuple[str, ...]]:
+        names = bound.arguments()
+        wanted = _used(results, rf"{letter}\d+_\d")
+        weights = _used(results, r"weight\d+")
+        state = {name: names[name] for name in (("q", "qd") if letter == "Vd" else ("q",))}
+        return state | {letter: wanted} | ({"weights": weights} if weights else {})
+
+    return arguments
+
+
+def _used(results: Results, pattern: str) -> tuple[str, ...]:
+    """Symbols of this pattern in the results, by number."""
+    entries = [x for result in results.values() for x in result.entries]
+    names = {str(node.operands[0]) for node in reachable(entries) if node.operation == SYMBOL}
+    found = [name for name in names if re.fullmatch(pattern, name)]
+    return tuple(sorted(found, key=lambda name: [int(part) for part in re.findall(r"\d+", name)]))
+
+
+def _rows_of(letter: str, meaning: str) -> Callable[[Bound, Results], tuple[Quantity, ...]]:
+    """Rows of the arguments that say which components and joints they are of."""
+
+    def rows(bound: Bound, results: Results) -> tuple[Quantity, ...]:
+        numbers = [map(int, re.findall(r"\d+", name)) for name in _used(results, rf"{letter}\d+_\d")]
+        names = [f"{bound.machine.joint(j).name}.{COMPONENTS[k - 1]}" for j, k in numbers]
+        joints = [bound.machine.joint(int(name.removeprefix("weight"))).name for name in _used(results, r"weight\d+")]
+        weights = quantity("weights")
+        return (
+            replace(
+                quantity(letter), meaning=f"{meaning} {', '.join(names)}", frame=_AXES, shape=_SHAPE, roles=ARGUMENT
+            ),
+            replace(weights, meaning=f"{weights.meaning}: of {', '.join(joints)}"),
+        )
+
+    return rows
+
+
+# Refusals
+
+
+def _factors(bound: Bound, task: Task, model: str) -> list[Scalar]:
+    """Factors of the determinant; raises `InputError` where one is zero at every position."""
+    try:
+        factors = determinant_factors(task.rows)
+    except DependentRows:
+        factors = [0]
+    if any(_vanishes(factor) for factor in factors):
+        what = f"{_shown(bound, task)} depend on each other at every position: choose others, or fewer of them"
+        raise bound.machine.error(model, what)
+    return factors
+
+
+def _refuse_unchanged(bound: Bound, components: Sequence[int], changed: Sequence[int], model: str) -> None:
+    still = [COMPONENTS[k] for k in components if k not in changed]
+    if still or not components:
+        others = ", ".join(COMPONENTS[k] for k in changed)
+        what = f"no joint changes {', '.join(still)}: choose among {others}" if others else "no joint moves the frame"
+        raise bound.machine.error(model, what)
+
+
+def _refuse_too_few_joints(bound: Bound, task: Task, model: str) -> None:
+    if len(task.columns) < len(task.components):
+        what = (
+            f"{len(task.columns)} joints move {_shown(bound, task)}, {len(task.components)} components: "
+            f"choose {len(task.columns)} of them, as in {', '.join(_requests(bound, task)[: len(task.columns)])}"
+        )
+        raise bound.machine.error(model, what)
+
+
+def _refuse_redundant(bound: Bound, task: Task, model: str) -> None:
+    if len(task.columns) > len(task.components):
+        joints = ", ".join(bound.machine.joint(j).name for j in task.columns)
+        what = (
+            f"{len(task.columns)} joints ({joints}) move {len(task.components)} components, so the Jacobian is not "
+            "square: lock joints in a scene, or ask for inverse_velocity_model, which takes weights"
+        )
+        raise bound.machine.error(model, what)
+
+
+def _requests(bound: Bound, task: Task) -> list[str]:
+    name = bound.machine.joint(task.frames[0].number).name
+    return [f"{name}.{COMPONENTS[k]}" for k in task.components]
+
+
+def _shown(bound: Bound, task: Task) -> str:
+    return ", ".join(_requests(bound, task))
+
+
+FAMILY = "inverse kinematics"
+_EQUATIONS = "(Khalil and Dombre 2002, 6.2-6.7)"
+_AXES = "in axes of frame 0, or of the frame it is asked in"
+_SHAPE = "components"
+_VELOCITIES, _ACCELERATIONS = "wanted velocities", "wanted accelerations"
+
+
+def _wanted_row(letter: str, meaning: str) -> Quantity:
+    return replace(quantity(letter), meaning=meaning, frame=_AXES, shape=_SHAPE, roles=ARGUMENT)
+
+
+def _of_movers(name: str) -> Quantity:
+    return replace(
+        quantity(name),
+        meaning=f"{quantity(name).meaning} that give the frame what is wanted",
+        note="of the joints that move these components; not finite where the machine is singular",
+        roles=RESULT,
+    )
+
+
+INVERSE_KINEMATIC = (
+    Model(
+        "jacobian_determinant",
+        "determinant of the Jacobian of a frame",
+        "[3]",
+        ("q",),
+        ("detJ",),
+        _jacobian_determinant,
+        FAMILY,
+        Parts.COMPONENTS,
+        on_base=(),
+    ),
+    Model(
+        "inverse_jacobian",
+        "inverse of the Jacobian of a frame",
+        _EQUATIONS,
+        ("q",),
+        ("Jinv",),
+        _inverse_jacobian,
+        FAMILY,
+        Parts.COMPONENTS,
+        on_base=(),
+    ),
+    Model(
+        "inverse_velocity_model",
+        "inverse kinematic model of first order: joint velocities from those of a frame",
+        _EQUATIONS,
+        ("q", "V"),
+        ("qd",),
+        _inverse_velocity_model,
+        FAMILY,
+        Parts.COMPONENTS,
+        own=(_of_movers("qd"), _wanted_row("V", f"{_VELOCITIES} of components of the frame")),
+        own_rows=_rows_of("V", _VELOCITIES),
+        own_arguments=_arguments_of("V"),
+        on_base=(),
+    ),
+    Model(
+        "inverse_acceleration_model",
+        "inverse kinematic model of second order: joint accelerations from those of a frame",
+        _EQUATIONS,
+        ("q", "qd", "Vd"),
+        ("qdd",),
+        _inverse_acceleration_model,
+        FAMILY,
+        Parts.COMPONENTS,
+        own=(_of_movers("qdd"), _wanted_row("Vd", f"{_ACCELERATIONS} of components of the frame")),
+        own_rows=_rows_of("Vd", _ACCELERATIONS),
+        own_arguments=_arguments_of("Vd"),
+        on_base=(),
+    ),
+)
