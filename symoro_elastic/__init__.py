@@ -29,6 +29,7 @@ from symoro_elastic.foundation.version import __version__ as __version__
 if TYPE_CHECKING:
     from symoro_elastic.api.drawings import picture as picture
     from symoro_elastic.api.drawings import view as view
+    from symoro_elastic.api.kinematics import singularities as singularities
     from symoro_elastic.api.loaded import load as load
     from symoro_elastic.api.machines import MachineWarning as MachineWarning
     from symoro_elastic.api.machines import new as new
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "foundation.errors": "InputError",
     "api.drawings": "picture view",
+    "api.kinematics": "singularities",
     "api.loaded": "load",
     "api.machines": "MachineWarning new read write",
     "api.measured": "excite identify",

@@ -49,6 +49,11 @@ class LoadedModel(Shown):
         return self._package.name
 
     @property
+    def package(self) -> Package:
+        """The generated package: functions with the joints, frames and components of their results."""
+        return self._package
+
+    @property
     def headline(self) -> str:
         """Machine, coordinates and functions."""
         return f"Model of {self.name}: {', '.join(self._functions)}; {len(self._package.axes)} coordinates"

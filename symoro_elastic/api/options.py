@@ -108,6 +108,16 @@ class Loading(RequestedModels):
     )  # fmt: skip
 
 
+class Locating(Options):
+    """What `singularities` takes."""
+
+    components: Sequence[str] = option(
+        (), "FRAME.X", "Component of the twist of a frame, as in tool.x, tool.rz or 'tool.x at (0.1, 0, L2) in base' "
+        "(default: all of the last frame that some joint changes).", kinds.TEXTS,
+    )  # fmt: skip
+    scene: SceneLike = scene_row("of locked joints and constants")
+
+
 class Generating(RequestedModels):
     """What is generated, and where it is written."""
 

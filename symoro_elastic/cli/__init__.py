@@ -15,6 +15,7 @@ from symoro_elastic.api.rows import READABLE
 from symoro_elastic.cli.code import check, equations, generate
 from symoro_elastic.cli.formats import formats, new, schema
 from symoro_elastic.cli.identification import excite, identify
+from symoro_elastic.cli.kinematics import singularities
 from symoro_elastic.cli.machine import convert, models, show
 from symoro_elastic.cli.pages import report, view
 from symoro_elastic.cli.sectioned_group import Failure, SectionedGroup
@@ -40,7 +41,7 @@ def cli() -> None:
 
 SECTIONS = {
     "Files": (new, formats, schema),
-    "Models and code": (show, view, convert, models, equations, generate, report),
+    "Models and code": (show, view, convert, models, equations, singularities, generate, report),
     "Verification": (check, trade),
     "Vibration": (linearize, modes, response, compare),
     "Simulation": (simulate, ladder),

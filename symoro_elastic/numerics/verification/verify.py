@@ -338,7 +338,8 @@ def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a model whose arguments are not a state: it has no reference."""
     for name in scene.models:
         if not depends_on_state(MODELS[name].arguments):
-            what = "there is no reference for it: put its solutions back into geometric_model, jacobian or inverse_dynamics"
+            models = "geometric_model, jacobian or inverse_dynamics"
+            what = f"there is no reference for it: put its solutions back into {models}"
             raise machine.error(f"check, {name}", what)
 
 

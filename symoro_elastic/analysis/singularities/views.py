@@ -1,0 +1,30 @@
+"""Singularities as a table and sentences."""
+
+from __future__ import annotations
+
+from symoro_elastic.analysis.singularities.singularities import Singularities, SingularPosition
+from symoro_elastic.foundation.results import Field, Part, declare, parts_of
+
+declare(
+    SingularPosition,
+    Field("factor", head="factor"),
+    Field("latex"),
+    Field("condition", head="vanishes where"),
+    Field("alike"),
+    Field("lost"),
+    Field("sentence"),
+)
+declare(
+    Singularities,
+    Field("machine"),
+    Field("components"),
+    Field("joints"),
+    Field("determinant"),
+    Field("latex"),
+    Field("positions"),
+)
+
+
+@parts_of.register
+def _(found: Singularities) -> list[Part]:
+    return [found.headline, f"det J = {found.determinant}", *(position.sentence for position in found.positions)]
