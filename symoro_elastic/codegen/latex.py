@@ -9,9 +9,10 @@ from decimal import Decimal
 from fractions import Fraction
 
 from symoro_elastic.codegen.notation import Notation, user_symbol
-from symoro_elastic.codegen.package import BASE, Function, Package, Result
+from symoro_elastic.codegen.package import Function, Package, Result
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
 from symoro_elastic.quantities import Quantity
+from symoro_elastic.quantities.frames import BASE, frame_names
 from symoro_elastic.symbolic.expression import Constant, Expression, Operand
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, MULTIPLY, PI, SIGN, SIN, SQRT, SYMBOL
 from symoro_elastic.symbolic.program import Output, Program, Section, Statement, by_section
@@ -173,7 +174,7 @@ def arrays(package: Package, function: Function) -> list[Array]:
 
 def _array(package: Package, output: Output, result: Result) -> Array:
     names, quantity = result.rows, result.quantity
-    numbers = {name: str(j) for j, name in enumerate(package.joint_names, start=1)}
+    numbers = {name: str(j) for j, name in enumerate(frame_names(package.joint_names)) if j}
     rows = [_row(quantity, names[k] if k < len(names) else "", k + 1, numbers) for k in range(output.shape[0])]
     entries = rows
     for axis, size in enumerate(output.shape[1:], start=2):

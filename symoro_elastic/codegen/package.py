@@ -8,8 +8,6 @@ from symoro_elastic.quantities import ON_BASE, Quantity
 from symoro_elastic.symbolic.expression import Operand
 from symoro_elastic.symbolic.program import Program
 
-BASE = "base"
-"""Name of the six rows of the base."""
 EXTERNAL = "f_ext"
 """Name of the wrenches on frames."""
 

@@ -33,7 +33,7 @@ from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import free_name, quote, why_reserved
 from symoro_elastic.machine.restrict import names_to_fold, restrict
-from symoro_elastic.machine.scene import AUTO, BASE, Scene
+from symoro_elastic.machine.scene import AUTO, Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
 from symoro_elastic.models.catalogue import expressions_of_scene as trace
 from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degeneracies
@@ -42,6 +42,7 @@ from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.traced import Traced, with_steps
 from symoro_elastic.models.tracing import prune, schedule
+from symoro_elastic.quantities.frames import BASE
 from symoro_elastic.symbolic.memory import no_collection
 
 if TYPE_CHECKING:

@@ -10,7 +10,8 @@ from dataclasses import replace
 from symoro_elastic.machine.described import AnyMachine, with_changed_scene
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Kind, KnownOfBase
-from symoro_elastic.machine.scene import BASE, COMPONENTS
+from symoro_elastic.machine.scene import COMPONENTS
+from symoro_elastic.quantities.frames import BASE
 
 COORDINATES = tuple(f"{BASE}.{axis}" for axis in COMPONENTS)
 """Names of the six joints; the frame they carry is the base."""

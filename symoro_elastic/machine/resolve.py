@@ -9,10 +9,11 @@ from typing import TypeVar
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.arguments import column_names
 from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.restrict import refuse_locking
-from symoro_elastic.machine.scene import BASE, Offer, Parts, RequestedPart, Scene
+from symoro_elastic.machine.scene import Offer, Parts, RequestedPart, Scene
 from symoro_elastic.machine.static_springs import Positions, without_spring
 from symoro_elastic.quantities.time_steps import TimeStep
 
@@ -35,8 +36,7 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     for name in () if isinstance(scene.fold, str) else scene.fold:
         _known(name, [parameter.name for parameter in machine.parameters], "parameter", source, "fold")
     outputs = {
-        model: tuple(_output(text, model, joints, machine, source) for text in texts)
-        for model, texts in scene.outputs.items()
+        model: tuple(_output(text, model, machine, source) for text in texts) for model, texts in scene.outputs.items()
     }
     if models is not None:
         _check_offered(scene.outputs, machine, models, source)
@@ -44,7 +44,7 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     static = _by_name(scene.static, joints, source, "static")
     _check_locked(locked, machine, source)
     _check_static(static, locked, machine, source)
-    forces = _frames(scene.forces, joints, machine, source)
+    forces = _frames(scene.forces, machine, source)
     for name in scene.steps:
         _known(name, list(TimeStep), "time step", source, "steps")
         if scene.steps.count(name) > 1:
@@ -52,16 +52,16 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     return replace(scene, outputs=outputs, locked=locked, static=static, forces=forces, source=source)
 
 
-def _frames(texts: Iterable[str], joints: Mapping[str, str], machine: Machine, source: str) -> tuple[str, ...]:
+def _frames(texts: Iterable[str], machine: Machine, source: str) -> tuple[str, ...]:
     """Frames, and points of them, on which wrenches act, with names of the machine."""
-    found = [_frame(text, joints, machine, source) for text in texts]
+    found = [_frame(text, machine, source) for text in texts]
     for text in found:
         if found.count(text) > 1:
             raise InputError(source, "scene, forces", f"{text} is named twice: its wrench is the sum, keep one")
     return tuple(found)
 
 
-def _frame(text: str, joints: Mapping[str, str], machine: Machine, source: str) -> str:
+def _frame(text: str, machine: Machine, source: str) -> str:
     try:
         asked = RequestedPart.parse(text)
     except FormulaError as error:
@@ -69,7 +69,7 @@ def _frame(text: str, joints: Mapping[str, str], machine: Machine, source: str) 
     if asked.seen_from or asked.by or asked.component:
         what = f"{quote(text)}: wrenches are in axes of frame 0: name a frame, or a point as 'tool at (0.1, 0, 0)'"
         raise InputError(source, "scene, forces", what)
-    name = joints[_known(asked.name, joints, "frame", source, "forces")]
+    name = machine.joint(_number(asked.name, machine, "frame", source, "forces")).name
     for loop in machine.loops:
         if name == machine.joint(loop.cut).name:
             what = f"{name} is the cut joint of loop {loop.name}: name the frame that it meets, "
@@ -89,23 +89,28 @@ def _by_name(
     return found
 
 
-def _output(text: str, model: str, joints: dict[str, str], machine: Machine, source: str) -> str:
+def _output(text: str, model: str, machine: Machine, source: str) -> str:
     """A requested joint or frame in the form that `RequestedPart.parse` reads, with names of the machine."""
     asked, key = _asked(text, model, source), f"outputs, {model}"
     if asked.by and not asked.name:
         return str(asked)
-    places = {**joints, BASE: BASE}
-    known = joints if asked.seen_from is None else places
-    name = known[_known(asked.name, known, "joint", source, key)]
+    beside_frame_0 = asked.seen_from is not None
+    number = _number(asked.name, machine, "joint", source, key, beside_frame_0)
     for coordinate in asked.at or ():
         _check_value(coordinate, machine, source, key)
     if asked.seen_from is None:
-        return str(RequestedPart(name, asked.at, by=asked.by, component=asked.component))
-    return str(
-        RequestedPart(
-            name, asked.at, places[_known(asked.seen_from, places, "frame", source, key)], component=asked.component
-        )
-    )
+        return str(RequestedPart(machine.joint(number).name, asked.at, by=asked.by, component=asked.component))
+    names, place = FrameNames(machine), _number(asked.seen_from, machine, "frame", source, key, or_frame_0=True)
+    return str(RequestedPart(names.name(number), asked.at, names.name(place), component=asked.component))
+
+
+def _number(text: str, machine: Machine, what: str, source: str, key: str, or_frame_0: bool = False) -> int:
+    """The number of a frame or joint by any of its names."""
+    names = FrameNames(machine, by_any_name=True)
+    number = names.number(text, or_frame_0)
+    if number is None:
+        raise _unknown(text, names.choices(or_frame_0), what, source, key)
+    return number
 
 
 def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, models: Models, source: str) -> None:
@@ -137,11 +142,11 @@ def _check_offered(outputs: Mapping[str, Iterable[str]], machine: Machine, model
 
 def _check_not_cut(asked: RequestedPart, model: str, machine: Machine, source: str) -> None:
     """Refuse the frame of a cut joint, which is that of the row that it meets."""
-    joints = joints_by_any_name(machine)
-    named = {joints.get(name) for name in (asked.name, asked.seen_from) if name}
+    names, or_frame_0 = FrameNames(machine, by_any_name=True), asked.seen_from is not None
+    named = {names.number(text, or_frame_0) for text in (asked.name, asked.seen_from) if text}
     for loop in machine.loops:
-        cut, meets = machine.joint(loop.cut).name, machine.joint(loop.meets).name
-        if cut in named:
+        if loop.cut in named:
+            cut, meets = machine.joint(loop.cut).name, machine.joint(loop.meets).name
             what = f"{cut} is the cut joint of loop {loop.name}: ask for the frame that it meets, {meets}"
             raise InputError(source, f"scene, outputs, {model}", what)
 
@@ -172,17 +177,19 @@ def coordinates(scene: Scene, source: str) -> Iterator[Formula]:
 
 def joints_by_any_name(machine: Machine) -> dict[str, str]:
     """Names of joints; a joint's own name comes before the variable of another."""
-    numbers = {str(j): joint.name for j, joint in enumerate(machine.joints, start=1)}
-    variables = {joint.variable: joint.name for joint in machine.joints if joint.variable}
-    return {**numbers, **variables, **{joint.name: joint.name for joint in machine.joints}}
+    names = FrameNames(machine, by_any_name=True)
+    return {text: machine.joint(j).name for text, j in names.joints.items()}
 
 
 def _known(name: str, known: Iterable[str], what: str, source: str, key: str) -> str:
     known = tuple(known)
     if name not in known:
-        words = [word for word in known if not word.isdecimal()]
-        raise InputError(source, f"scene, {key}", f"no {what} {quote(name)}{did_you_mean(name, words)}")
+        raise _unknown(name, [word for word in known if not word.isdecimal()], what, source, key)
     return name
+
+
+def _unknown(name: str, choices: Iterable[str], what: str, source: str, key: str) -> InputError:
+    return InputError(source, f"scene, {key}", f"no {what} {quote(name)}{did_you_mean(name, choices)}")
 
 
 def _check_locked(locked: dict[str, Formula], machine: Machine, source: str) -> None:

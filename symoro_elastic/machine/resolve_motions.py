@@ -9,6 +9,7 @@ from operator import mul
 from typing import TypeVar
 
 from symoro_elastic.machine.described import Wanted
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.prescribed_motion import (
@@ -62,14 +63,18 @@ class _Names:
     """Names of the joints of a machine, for a motion."""
 
     def __init__(self, machine: Machine, motion: PrescribedMotion) -> None:
-        self.fail, self.known = motion.error, joints_by_any_name(machine)
+        self.fail, self.known, self.machine = motion.error, joints_by_any_name(machine), machine
         self.independent = [joint.name for joint in machine.independent_joints]
         self.motors = [joint.name for joint in machine.motor_joints]
         self.cut = [joint.name for joint in machine.joints if joint.kind is Kind.CUT]
 
     def frame(self, name: str, key: str) -> str:
         """The joint that carries a frame."""
-        joint = self._joint(name, key, [word for word in self.known if not word.isdecimal()])
+        names = FrameNames(self.machine, by_any_name=True)
+        number = names.number(name)
+        if number is None:
+            raise self.fail(key, f"no joint {quote(name)}{did_you_mean(name, names.choices())}")
+        joint = self.machine.joint(number).name
         if joint in self.cut:
             raise self.fail(key, f"{joint} is the cut joint of a loop: name the frame that it meets")
         return joint

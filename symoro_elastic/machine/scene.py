@@ -10,7 +10,6 @@ from typing import Protocol
 from symoro_elastic.machine.formula import Formula, FormulaError
 
 ALL = "all"
-BASE = "base"
 RECURSION, INERTIA, AUTO = "recursion", "inertia", "auto"
 FORMS = (RECURSION, INERTIA, AUTO)
 """Forms of the direct dynamic model: by recursion, by the inertia matrix, the faster one that is as accurate."""
@@ -88,7 +87,8 @@ class Scene:
 class RequestedPart:
     """A requested joint or frame: its name, a point of its body, the frame it is seen from.
 
-    Written "tool", "tool at (0.1, 0, L2)", "tool in bed_x", "tool at (0.1, 0, L2) in base". The
+    Written "tool", "tool at (0.1, 0, L2)", "tool in bed_x", "tool at (0.1, 0, L2) in base"; `FrameNames` reads the
+    names. The
     point has three coordinates in the frame's own axes, m, numbers or formulas of parameters.
     Of inverse kinematic models, "tool.x" or "tool.rz at (0.1, 0, L2) in base" asks for one component of the twist.
     Of derivatives, "by M1, K2" asks for the columns that belong to these names; "tool by M1" for a

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.mechanics.bias_acceleration import with_tips_in_frames_before
 from symoro_elastic.mechanics.coordinates import joint_accelerations, joint_rates, product, projection
@@ -229,7 +230,7 @@ class Bound(Tree):
 def with_external_wrenches(tree: Tree, mechanism: Mechanism) -> Mechanism:
     """The mechanism under the wrenches `forces` of its machine, each about the origin of its frame, in axes of it."""
     links, names = list(mechanism.links), iter(tree.arguments()[EXTERNAL_WRENCHES])
-    rows = {joint.name: j for j, joint in enumerate(tree.machine.joints, start=1)}
+    rows = FrameNames(tree.machine).own
     for asked in tree.machine.forces:
         j = rows[asked.name]
         force, moment = (Vector(*(tree.graph.symbol(next(names)) for _ in range(3))) for _ in range(2))

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.arguments import column_names
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import names_to_fold, restrict
-from symoro_elastic.machine.scene import BASE, INERTIA, RECURSION, RequestedPart, Scene
+from symoro_elastic.machine.scene import INERTIA, RECURSION, RequestedPart, Scene
 from symoro_elastic.models.bind import EXTERNAL_WRENCHES, Bound
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS, of_closed_chain
@@ -203,12 +205,10 @@ def _source(machine: Machine, scene: Scene) -> str:
 
 def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
     """Joints (or frames) that a scene asks of a model; none when it asks for all."""
-    numbers = {BASE: 0} | {joint.name: j for j, joint in enumerate(kept.joints, start=1)}
-    asked = [RequestedPart.parse(text) for text in scene.outputs.get(model, ())]
     if MODELS[model].is_of_frames:
-        return tuple(
-            Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at, a.component) for a in asked
-        )
+        return requested_frames(kept, scene, model)
+    numbers = FrameNames(kept).own
+    asked = [RequestedPart.parse(text) for text in scene.outputs.get(model, ())]
     joints = tuple(numbers[a.name] for a in asked if a.name)
     for j in joints:
         if j not in kept.independent:
@@ -218,6 +218,16 @@ def _asked(kept: Machine, scene: Scene, model: str) -> Joints | Frames:
             what = f"joint {j} ({joint}) {why} and has no part in this model: choose joints that move"
             raise InputError(_source(kept, scene), f"scene, outputs, {model}", what)
     return joints
+
+
+def requested_frames(machine: Machine, scene: Scene, model: str) -> Frames:
+    """Frames that a scene whose names are resolved asks of a model."""
+    names, found = FrameNames(machine), []
+    for asked in map(RequestedPart.parse, scene.outputs.get(model, ())):
+        number = names.number(asked.name, or_frame_0=asked.seen_from is not None)
+        place = None if asked.seen_from is None else names.number(asked.seen_from, or_frame_0=True)
+        found.append(Frame(cast(int, number), place, asked.at, asked.component))
+    return tuple(found)
 
 
 def _columns(kept: Machine, scene: Scene, model: str, constants: Sequence[str]) -> tuple[str, ...]:

@@ -15,11 +15,12 @@ from symoro_elastic.machine.arguments import arguments, known_of_base
 from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons
-from symoro_elastic.machine.scene import BASE, RequestedPart
+from symoro_elastic.machine.scene import RequestedPart
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.model import Result as TracedResult
 from symoro_elastic.models.state import rows_carried
+from symoro_elastic.quantities.frames import frame_names
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import NamedConstant
 
@@ -130,7 +131,7 @@ def _divides(machine: Machine, model: Model) -> bool:
 
 def _row_names(machine: Machine, result: TracedResult) -> tuple[str, ...]:
     """Labels of the first axis of a result: `tool`, `tool in bed_x`, `tool at (0.1, 0, L2)`."""
-    names = [BASE, *(joint.name for joint in machine.joints)]
+    names = frame_names(joint.name for joint in machine.joints)
     if not result.frames:
         return tuple(names[j] for j in result.rows or ())
     return tuple(
@@ -141,7 +142,7 @@ def _row_names(machine: Machine, result: TracedResult) -> tuple[str, ...]:
 
 def _point_names(machine: Machine, traced: Sequence[TracedModel]) -> tuple[str, ...]:
     """Points of frames that have equations, in the order of their numbers."""
-    names = [BASE, *(joint.name for joint in machine.joints)]
+    names = frame_names(joint.name for joint in machine.joints)
     return tuple(
         str(RequestedPart(names[j], at)) for j, at in max((model.points for model in traced), key=len, default=())
     )

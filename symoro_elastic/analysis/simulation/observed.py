@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from types import ModuleType
 
@@ -14,8 +13,8 @@ from symoro_elastic.analysis.simulation.moving_base import in_world, placed_in_w
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import BASE, RequestedPart
 from symoro_elastic.models.static_deflections import DEFLECTIONS, PLACED
 from symoro_elastic.numerics.closed_positions import JointCoordinates
 from symoro_elastic.numerics.implementations import numpy_model
@@ -67,14 +66,16 @@ class Observer:
         """Return the placements (N, 4, 4) of a frame relative to frame 0."""
         if not signal.number:
             return np.tile(np.eye(4), (len(motion.t), 1, 1))
-        return self._placements(motion)[:, self._frames.index(_in_base(self.machine, signal))]
+        return self._placements(motion)[
+            :, self._frames.index(FrameNames(self.machine).in_base(signal.number, signal.at))
+        ]
 
     def _twist(self, signal: FrameSignal, motion: Motion) -> Array:
         """Return velocities or accelerations (N, 6) of a frame, in axes of frame 0."""
         if not signal.number:
             return motion.V0d if signal.order == 2 else motion.V0
         (found,) = motion.results(getattr(self._frame_models, FRAME_MODELS[signal.order]))
-        return found[:, self._frames.index(_in_base(self.machine, signal))]
+        return found[:, self._frames.index(FrameNames(self.machine).in_base(signal.number, signal.at))]
 
     def _of_joint(self, signal: JointSignal, motion: Motion) -> Array:
         if signal.name.endswith(f".{MOTOR_TORQUE}"):
@@ -108,7 +109,7 @@ class Observer:
     @cached_property
     def _frames(self) -> tuple[str, ...]:
         of_frames = (signal for signal in self.signals if isinstance(signal, FrameSignal) and signal.number)
-        named = (_in_base(self.machine, signal) for signal in of_frames)
+        named = (FrameNames(self.machine).in_base(signal.number, signal.at) for signal in of_frames)
         return tuple(dict.fromkeys(named))
 
     @cached_property
@@ -133,10 +134,6 @@ class Observer:
 def _signal(machine: Machine, name: str) -> Signal:
     (found,) = (inputs if name.rpartition(".")[2] == MOTOR_TORQUE else outputs)(machine, [name])
     return found
-
-
-def _in_base(machine: Machine, signal: FrameSignal) -> str:
-    return str(replace(RequestedPart(machine.joints[signal.number - 1].name, signal.at), seen_from=BASE))
 
 
 def _pose(T: Array) -> Array:

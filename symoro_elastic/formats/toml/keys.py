@@ -226,8 +226,8 @@ SCENE = Section(
         ),
         Key(
             *("outputs", keys.LISTS_OF_TEXTS),
-            "parts of models: joints, frames as 'tool', 'tool in ram', 'tool at (0.1, 0, L2) in base', or columns of "
-            "derivatives as 'by q2, qd'",
+            "parts of models: joints, frames as 'tool', 'tool in ram', 'tool at (0.1, 0, L2) in base' (frame 0; a "
+            "joint of that name is 'joint base'), or columns of derivatives as 'by q2, qd'",
             '{ jacobian = ["tool"] }',
             default={},
             otherwise="all",

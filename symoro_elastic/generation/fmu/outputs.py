@@ -9,9 +9,11 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import RequestedPart, Scene
 from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.catalogue import requested_frames
 from symoro_elastic.models.geometric import geometric_model
 from symoro_elastic.models.model import Frame, Model, Result
 from symoro_elastic.quantities import Quantity, Role
+from symoro_elastic.quantities.frames import frame_names
 from symoro_elastic.symbolic.expression import Expression, Level
 
 FRAMES = "geometric_model"
@@ -32,10 +34,8 @@ class Output:
 
 def asked_frames(machine: Machine, scene: Scene) -> tuple[Frame, ...]:
     """Return the frames that a scene asks of the geometric model, else those at the ends of the tree."""
-    numbers = {"base": 0} | {joint.name: j for j, joint in enumerate(machine.joints, start=1)}
-    asked = [RequestedPart.parse(text) for text in scene.outputs.get(FRAMES, ())]
-    if asked:
-        return tuple(Frame(numbers[a.name], numbers[a.seen_from] if a.seen_from else None, a.at) for a in asked)
+    if scene.outputs.get(FRAMES):
+        return requested_frames(machine, scene, FRAMES)
     cut = {loop.cut for loop in machine.loops}
     ends = {*range(1, len(machine.joints) + 1)} - {*machine.antecedents} - cut
     return tuple(map(Frame, sorted(ends)))
@@ -80,7 +80,7 @@ def _deflections(bound: Bound) -> Iterator[Output]:
 
 def _positions(bound: Bound, frames: tuple[Frame, ...]) -> Iterator[Output]:
     placements = geometric_model(bound, frames)["T"].entries
-    names = ["base", *(joint.name for joint in bound.machine.joints)]
+    names = frame_names(joint.name for joint in bound.machine.joints)
     for number, frame in enumerate(frames):
         seen = "frame 0" if frame.seen_from is None else names[frame.seen_from]
         owner = str(

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import FormulaError
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.prescribed_motion import WRENCH
-from symoro_elastic.machine.scene import BASE, COMPONENTS, Point, RequestedPart
+from symoro_elastic.machine.scene import COMPONENTS, Point, RequestedPart
 from symoro_elastic.models.cells import Points
 
 MOTOR_TORQUE = "tau"
@@ -151,19 +152,20 @@ def _frame(machine: Machine, name: str, owner: str, component: int, order: int, 
         asked = RequestedPart.parse(owner)
     except FormulaError as error:
         raise _error(machine, place, f"{quote(name)}: {error}") from None
-    names = [joint.name for joint in machine.joints]
-    if asked.name == BASE and BASE not in names and machine.degrees_of_base and not asked.at:
+    names, moving = FrameNames(machine), machine.degrees_of_base > 0
+    number = names.number(asked.name, or_frame_0=moving and not asked.at)
+    if number == 0:
         return FrameSignal(name, 0, component, order)
     if asked.seen_from:
         raise _error(machine, place, f"{quote(name)}: directions are axes of frame 0: leave out 'in {asked.seen_from}'")
-    if asked.name not in names:
-        what = f"{quote(name)}: no frame {quote(asked.name)}{did_you_mean(asked.name, names)}"
+    if number is None:
+        what = f"{quote(name)}: no frame {quote(asked.name)}{did_you_mean(asked.name, names.own)}"
         raise _error(machine, place, what)
     parameters = {parameter.name for parameter in machine.parameters}
     unknown = sorted(set().union(*(cell.names for cell in asked.at or ())) - parameters)
     if unknown:
         raise _error(machine, place, f"{quote(name)}: {unknown[0]} is not a parameter of the machine")
-    return FrameSignal(name, names.index(asked.name) + 1, component, order, asked.at)
+    return FrameSignal(name, number, component, order, asked.at)
 
 
 def _error(machine: Machine, place: str, what: str) -> InputError:

@@ -18,8 +18,8 @@ import numpy as np
 from symoro_elastic.analysis.simulation.prediction.samples import between, slopes
 from symoro_elastic.analysis.simulation.prediction.small_motion import SmallMotion
 from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import BASE, RequestedPart
 from symoro_elastic.machine.static_springs import with_free_springs
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.motion.signals import MOTOR_TORQUE, FrameSignal, JointSignal, Signal, entry_of, inputs
@@ -114,7 +114,8 @@ def _add_frames(
     asked = {row: signal for row, signal in enumerate(signals) if isinstance(signal, FrameSignal)}
     if not asked:
         return
-    texts = {row: _in_base(machine, signal) for row, signal in asked.items()}
+    names = FrameNames(machine)
+    texts = {row: names.in_base(signal.number, signal.at) for row, signal in asked.items()}
     frames = tuple(dict.fromkeys(texts.values()))
     highest = max(signal.order for signal in asked.values())
     models = MOTION_MODELS[: highest + 1]
@@ -130,10 +131,6 @@ def _add_frames(
     for row, signal in asked.items():
         for C, found in zip(rows, by_order[signal.order], strict=False):
             C[:, row] = found[:, frames.index(texts[row]), signal.component]
-
-
-def _in_base(machine: Machine, signal: FrameSignal) -> str:
-    return str(RequestedPart(machine.joints[signal.number - 1].name, signal.at, BASE))
 
 
 def placement_rows(machine: Machine, frames: Sequence[str], states: Three, deflections: Deflections) -> Three:
