@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,10 +39,22 @@ def environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
         autoescape=False,
+        finalize=_written,
     )
+    made.filters["join"] = lambda items, between="": between.join(str(_written(x)) for x in items)
     made.filters["tuple_line"] = lambda items: in_brackets("(", items, ")")
     made.filters["list_line"] = lambda items: in_brackets("[", items, "]")
     return made
+
+
+def _written(x: Any) -> Any:
+    """What a template writes: text, whole numbers, decimals. Raises `TypeError` for a fraction.
+
+    C reads 1/2 as a division of whole numbers, which is 0: `Literals.number` writes the literal of a precision.
+    """
+    if isinstance(x, Fraction):
+        raise TypeError(f"{x} is a fraction: give the template the literal of a precision")
+    return x
 
 
 def render(template: str, **context: Any) -> str:

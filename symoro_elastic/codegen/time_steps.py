@@ -75,7 +75,7 @@ class Stage:
 class MethodText:
     """A method in the templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error.
 
-    `end` is the node at t + h of motors that are driven, where stages have none.
+    `parts` are the nodes as literals, parts of a step. `end` is the node at t + h of motors that are driven, where stages have none.
     """
 
     name: str
@@ -83,6 +83,7 @@ class MethodText:
     kind: str
     gamma: str
     nodes: tuple[Fraction, ...]
+    parts: tuple[str, ...]
     end: tuple[Fraction, ...]
     stages: tuple[Stage, ...]
     b: Terms
@@ -110,6 +111,7 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
         kind=_kind(method),
         gamma=literal.number(method.gamma) if isinstance(method, WMethod | Rosenbrock) else "",
         nodes=nodes,
+        parts=tuple(map(literal.number, nodes)),
         end=nodes_of(method, driven=True)[len(nodes) :],
         stages=_stages(method, times, nodes, literal),
         b=literal.terms(_weights(method)),

@@ -66,16 +66,17 @@ class Observer:
         """Return the placements (N, 4, 4) of a frame relative to frame 0."""
         if not signal.number:
             return np.tile(np.eye(4), (len(motion.t), 1, 1))
-        return self._placements(motion)[
-            :, self._frames.index(FrameNames(self.machine).in_base(signal.number, signal.at))
-        ]
+        return self._placements(motion)[:, self._row(signal)]
 
     def _twist(self, signal: FrameSignal, motion: Motion) -> Array:
         """Return velocities or accelerations (N, 6) of a frame, in axes of frame 0."""
         if not signal.number:
             return motion.V0d if signal.order == 2 else motion.V0
         (found,) = motion.results(getattr(self._frame_models, FRAME_MODELS[signal.order]))
-        return found[:, self._frames.index(FrameNames(self.machine).in_base(signal.number, signal.at))]
+        return found[:, self._row(signal)]
+
+    def _row(self, signal: FrameSignal) -> int:
+        return self._frames.index(FrameNames(self.machine).in_base(signal.number, signal.at))
 
     def _of_joint(self, signal: JointSignal, motion: Motion) -> Array:
         if signal.name.endswith(f".{MOTOR_TORQUE}"):
