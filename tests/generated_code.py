@@ -30,6 +30,7 @@ from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.inverse_kinematic import INVERSE_KINEMATIC
 from symoro_elastic.models.packaging import package
 from symoro_elastic.models.static_deflections import STATIC_SPRINGS
+from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.symbolic.program import OperationCount
 
 ALL_MODELS = tuple(
@@ -56,7 +57,8 @@ Array = NDArray[np.float64]
 def rendered(machine: Machine, scene: Scene | None = None, targets: Sequence[str] = ("numpy", "c")) -> dict[str, str]:
     """File names and texts; all models unless the scene names some."""
     scene = _with_models(scene)
-    described = package(restrict(machine, scene), trace_scene(machine, scene), names_to_fold(machine, scene))
+    traced = trace_scene(machine, scene, grouping_by_rank)
+    described = package(restrict(machine, scene), traced, names_to_fold(machine, scene))
     return render_targets(described, targets)
 
 

@@ -14,9 +14,9 @@ from symoro_elastic.cli.output import line_width, print_json, print_table
 from symoro_elastic.cli.reading import note, read, scene_of
 
 if TYPE_CHECKING:
-    from symoro_elastic.generation.grouping import BaseParameters
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.models.joint_axes import PlacedMachine
+    from symoro_elastic.numerics.grouping import BaseParameters
     from symoro_elastic.pages.closed_chains import ClosedChain
 
 
@@ -34,11 +34,11 @@ def show(machine: str, options: Drawing, picture: str | None, as_json: bool) -> 
     Prints where each joint is and how it moves, seen from frame 0; how each loop closes, and where it is singular.
     Names the joints, if any, whose inertia is singular at every position.
     """
-    from symoro_elastic.generation.grouping import base_parameters
     from symoro_elastic.generation.pipeline import found_degeneracies
     from symoro_elastic.machine.named_cells import with_values
     from symoro_elastic.machine.restrict import restrict
     from symoro_elastic.models.joint_axes import placed_machine
+    from symoro_elastic.numerics.grouping import base_parameters
     from symoro_elastic.pages.closed_chains import closed_chain
 
     whole = read(machine)

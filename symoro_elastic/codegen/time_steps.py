@@ -75,7 +75,8 @@ class Stage:
 class MethodText:
     """A method in the templates: kind of its stages, gamma, nodes in order, stages, weights, weights of the error.
 
-    `parts` are the nodes as literals, parts of a step. `end` is the node at t + h of motors that are driven, where stages have none.
+    `parts` are the nodes as literals, parts of a step. `end` is the node at t + h of motors that are
+    driven, where stages have none.
     """
 
     name: str

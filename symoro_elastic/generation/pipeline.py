@@ -42,6 +42,7 @@ from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.traced import Traced, with_steps
 from symoro_elastic.models.tracing import prune, schedule
+from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.quantities.frames import BASE
 from symoro_elastic.symbolic.memory import no_collection
 
@@ -140,7 +141,7 @@ def programs(machine: Machine, scene: Scene, announce: Announce = announce_nothi
     refuse_degenerate(machine, scene)
     scene, _ = in_form(machine, scene, announce)
     announce("trace")
-    traces = trace(machine, scene)
+    traces = trace(machine, scene, grouping_by_rank)
     announce("prune")
     needed = [prune(one) for one in traces]
     announce("schedule")
@@ -276,7 +277,7 @@ def verify(
 
 def _grouped(machine: DescribedMachine, warn: Callable[[str], None]) -> DescribedMachine:
     """The machine with base inertial parameters."""
-    from symoro_elastic.generation.grouping import base_machine
+    from symoro_elastic.numerics.grouping import base_machine
 
     grouped, doubts = base_machine(machine)
     for line in doubts:
@@ -344,6 +345,6 @@ def _of_whole_machine(asked: Traced) -> Sequence[TracedModel]:
 
 def _whole(machine: Machine, part: TracedModel, form: str) -> TracedModel:
     try:
-        return trace_scene(machine, Scene(models=(part.model.name,), form=form))[0]
+        return trace_scene(machine, Scene(models=(part.model.name,), form=form), grouping_by_rank)[0]
     except (InputError, SingularPivot):
         return part

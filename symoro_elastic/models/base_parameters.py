@@ -63,7 +63,8 @@ class Grouping:
     are not zero for the bodies of this machine. `composites` are sums that have a name because
     formulas would be too long, in the order in which they can be computed. `labels` name all that are
     kept, also those that are zero for the bodies of this machine. `machine` has the same torques, but
-    neither the same reaction wrenches nor, with base parameters only, real bodies.
+    neither the same reaction wrenches nor, with base parameters only, real bodies. `geometry` are names of parameters
+    that the sums hold the values of: they are base parameters for these values only.
     """
 
     parameters: tuple[BaseParameter, ...]
@@ -71,6 +72,7 @@ class Grouping:
     effects: Mapping[Label, str]
     labels: Mapping[Label, str]
     machine: Machine
+    geometry: tuple[str, ...] = ()
 
     @property
     def kept(self) -> list[Label]:
@@ -126,6 +128,20 @@ def base_grouping(machine: Machine) -> Grouping:
     texts = _written_sums(zero, mechanism, lambda simplify: group(mechanism, found, simplify))
     effects = {(j, name): effect for j in found for name, effect in _effects(zero, j, found[j])}
     return _grouping(texts, effects)
+
+
+GroupingOf = Callable[[Machine], Grouping]
+"""How the base inertial parameters of a machine are found."""
+
+
+def grouping_of_tree(machine: Machine) -> Grouping:
+    """Group the inertial parameters of a machine without couplings and loops; `ValueError` for others.
+
+    Their base is found by numbers, which stand above models.
+    """
+    if machine.is_coupled:
+        raise ValueError(f"{machine.label}: couplings and loops group more than the rules of a tree")
+    return base_grouping(machine)
 
 
 def numeric_grouping(machine: Machine, relations: Relations) -> Grouping:

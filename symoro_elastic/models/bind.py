@@ -16,6 +16,7 @@ from symoro_elastic.mechanics.kinematics import path
 from symoro_elastic.mechanics.loops.planar import Closed
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
 from symoro_elastic.mechanics.spatial import Twist, Vector, Wrench, cross
+from symoro_elastic.models.base_parameters import Grouping
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.coordinates import Coordinates
 from symoro_elastic.models.loops.closed_forms import in_space, own_variable, parallelogram_angles, planar
@@ -42,7 +43,8 @@ class Bound(Tree):
 
     Each of the `points`, (number of the frame, coordinates in it), is one more fixed frame of its mechanism.
     `by` names the columns of derivatives, all where it is empty. A machine bound `beside` another shares its graph, and
-    its loops close alike; `mounted` are links in place of those of the table, by joint.
+    its loops close alike; `mounted` are links in place of those of the table, by joint. `grouping` is that of its
+    inertial parameters, for models that need it.
     """
 
     def __init__(
@@ -54,9 +56,11 @@ class Bound(Tree):
         *,
         beside: Bound | None = None,
         mounted: Mapping[int, Link] = NO_LINKS,
+        grouping: Grouping | None = None,
     ) -> None:
         super().__init__(machine, folded, points, beside=beside, mounted=mounted)
         self.by = by
+        self.grouping = grouping
         self.loops: tuple[LoopPlan, ...] = beside.loops if beside else loops_of(machine)
         self.assembled: tuple[int, ...] = beside.assembled if beside else assembled_joints(machine)
         """Joints whose variables have no closed form: arguments of the models."""

@@ -13,6 +13,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import INERTIA, RECURSION, RequestedPart, Scene
+from symoro_elastic.models.base_parameters import GroupingOf, grouping_of_tree
 from symoro_elastic.models.bind import EXTERNAL_WRENCHES, Bound
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS, of_closed_chain
@@ -60,9 +61,11 @@ def trace(
     points: Points = (),
     merge_angles: bool = False,
     by: Sequence[str] = (),
+    grouping_of: GroupingOf = grouping_of_tree,
 ) -> TracedModel:
     """The program of a model: its equations run on symbols by `expressions`, pruned and scheduled."""
-    return schedule(prune(expressions(machine, name, asked, folded, points, merge_angles, by)))
+    found = expressions(machine, name, asked, folded, points, merge_angles, by, grouping_of=grouping_of)
+    return schedule(prune(found))
 
 
 def expressions(
@@ -74,12 +77,13 @@ def expressions(
     merge_angles: bool = False,
     by: Sequence[str] = (),
     form: str = RECURSION,
+    grouping_of: GroupingOf = grouping_of_tree,
 ) -> Trace:
     """The results of a model as expressions: its equations run on the symbols of a machine.
 
     `asked` are joint numbers, or frames (all when empty), `folded` names of parameters that become constants.
     `points` are numbered before those of `asked`; `merge_angles` allows sums of angles; `by` names columns of
-    derivatives. `form` is that of the direct dynamic model.
+    derivatives. `form` is that of the direct dynamic model, `grouping_of` finds base inertial parameters.
     Raises `SingularPivot` where a joint has no inertia, `InputError` for a model not offered on a floating base.
     """
     _refuse_on_floating_base(machine, name)
@@ -87,7 +91,10 @@ def expressions(
     model = on_its_base(in_form(name, form), machine)
     machine = model.binds(machine) if model.binds else machine
     own = points_of(asked)
-    bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else (), by)
+    grouping = grouping_of(machine) if model.is_grouped else None
+    if grouping and (held := [name for name in grouping.geometry if name not in folded]):
+        model = replace(model, title=f"{model.title}, for the values of {', '.join(held)} in the table")
+    bound = Bound(machine, folded, tuple(dict.fromkeys((*points, *own))) if own else (), by, grouping=grouping)
     results = model.run(bound, tuple(asked) or _everything(machine, model))
     return trace_of(model, bound, results, whole=not asked, merges=merge_angles)
 
@@ -150,16 +157,17 @@ def _everything(machine: Machine, model: Model) -> Joints | Frames:
 
 
 @no_collection()
-def trace_scene(machine: Machine, scene: Scene) -> list[TracedModel]:
+def trace_scene(machine: Machine, scene: Scene, grouping_of: GroupingOf = grouping_of_tree) -> list[TracedModel]:
     """The programs of every model that a scene asks of a machine: `expressions_of_scene`, pruned and scheduled."""
-    return [schedule(prune(traced)) for traced in expressions_of_scene(machine, scene)]
+    return [schedule(prune(traced)) for traced in expressions_of_scene(machine, scene, grouping_of)]
 
 
 @no_collection()
-def expressions_of_scene(machine: Machine, scene: Scene) -> list[Trace]:
+def expressions_of_scene(machine: Machine, scene: Scene, grouping_of: GroupingOf = grouping_of_tree) -> list[Trace]:
     """The results of every model that a scene asks of a machine; the default models where it names none.
 
-    `machine` is the whole machine; locked joints and gravity are seen to here. Raises `InputError`
+    `machine` is the whole machine; locked joints and gravity are seen to here. `grouping_of` finds base inertial
+    parameters. Raises `InputError`
     for what such a machine cannot give.
     """
     scene = resolve(scene, machine, MODELS)
@@ -172,7 +180,8 @@ def expressions_of_scene(machine: Machine, scene: Scene) -> list[Trace]:
     merge = scene.merge_angles is not None
     by = {name: _columns(kept, scene, name, constants) for name in models}
     return [
-        expressions(kept, name, some, constants, points, merge, by[name], scene.form) for name, some in asked.items()
+        expressions(kept, name, some, constants, points, merge, by[name], scene.form, grouping_of)
+        for name, some in asked.items()
     ]
 
 

@@ -33,7 +33,7 @@ from symoro_elastic.mechanics.regressor import (
     parameters_of,
     wrench_columns,
 )
-from symoro_elastic.models.base_parameters import base_grouping
+from symoro_elastic.models.base_parameters import grouping_of_tree
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_dynamics
@@ -200,7 +200,7 @@ JOINT_ENERGIES: dict[str, Callable[[Bound, int], Scalar]] = {
 
 
 def _base_parameters(bound: Bound, _: Joints) -> Results:
-    grouping = base_grouping(bound.machine)
+    grouping = bound.grouping or grouping_of_tree(bound.machine)
     names: dict[str, Scalar] = {"pi": bound.graph.pi}
     names |= {parameter.name: bound.cell(Formula.parse(parameter.name)) for parameter in bound.machine.parameters}
     for name, formula in grouping.composites.items():
@@ -232,5 +232,15 @@ IDENTIFICATION = (
         FAMILY,
         Parts.WHOLE,
     ),
-    Model("base_parameters", "base inertial parameters", "[13]", (), ("X",), _base_parameters, FAMILY, Parts.WHOLE),
+    Model(
+        "base_parameters",
+        "base inertial parameters",
+        "[13]",
+        (),
+        ("X",),
+        _base_parameters,
+        FAMILY,
+        Parts.WHOLE,
+        is_grouped=True,
+    ),
 )

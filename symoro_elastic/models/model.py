@@ -110,6 +110,8 @@ class Model:
     """Bits of the mantissa that its numbers need."""
     keeps_grouping: bool = True
     """Whether results stay the same when inertial parameters are grouped."""
+    is_grouped: bool = False
+    """Whether it needs the base inertial parameters of the machine."""
     checked_by: CheckedBy = CheckedBy.TRACE
     has_loop_forces: bool = False
     """Whether forces of loops are in it, for which it takes torques of motors on dependent joints."""

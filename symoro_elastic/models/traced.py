@@ -12,6 +12,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import INERTIA, Scene
 from symoro_elastic.machine.series_springs import condense
+from symoro_elastic.models.base_parameters import GroupingOf, grouping_of_tree
 from symoro_elastic.models.catalogue import BY_INERTIA, trace_scene
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.packaging import package
@@ -44,9 +45,9 @@ class Traced:
         return package(self.machine, self.models, self.folded, scene, self.scene.steps)
 
 
-def trace_models(machine: Machine, scene: Scene) -> Traced:
+def trace_models(machine: Machine, scene: Scene, grouping_of: GroupingOf = grouping_of_tree) -> Traced:
     """The programs of the models that a scene asks of a machine; raises `InputError`."""
-    return with_steps(machine, scene, trace_scene(machine, scene))
+    return with_steps(machine, scene, trace_scene(machine, scene, grouping_of))
 
 
 def with_steps(machine: Machine, scene: Scene, models: Sequence[TracedModel]) -> Traced:

@@ -22,6 +22,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.models.state import State
 from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate_nodes
 from symoro_elastic.symbolic.program import Program
 
@@ -73,7 +74,8 @@ def numpy_model(
     machine: Machine, models: Sequence[str] = ("direct_dynamics",), outputs: Mapping[str, tuple[str, ...]] | None = None
 ) -> ModuleType:
     """Return the generated numpy package of a machine as a module; `outputs` names parts of models, as a scene does."""
-    files = render_numpy(trace_models(machine, Scene(models=tuple(models), outputs=dict(outputs or {}))).package)
+    scene = Scene(models=tuple(models), outputs=dict(outputs or {}))
+    files = render_numpy(trace_models(machine, scene, grouping_by_rank).package)
     with tempfile.TemporaryDirectory() as folder:
         return import_package(files, Path(folder))
 

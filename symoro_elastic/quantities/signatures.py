@@ -410,7 +410,7 @@ OF_MACHINES = (
     ),
     Quantity(
         name="X",
-        meaning="base inertial parameters",
+        meaning="base inertial parameters; sums that are zero by the numbers of the table are left out",
         symbol="X",
         unit=None,
         shape="parameters",

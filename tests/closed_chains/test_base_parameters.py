@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,11 +10,17 @@ import numpy as np
 import pytest
 
 from symoro_elastic.formats import read_machine
-from symoro_elastic.generation.grouping import base_machine, base_parameters, checked_grouping
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.mechanics.regressor import parameters_of
 from symoro_elastic.models.base_parameters import base_grouping
+from symoro_elastic.models.catalogue import trace
+from symoro_elastic.numerics.grouping import base_machine, base_parameters, checked_grouping
+from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.independence import rank
 from symoro_elastic.numerics.random_motion import random_motion
 from symoro_elastic.numerics.rank import RANK_TOLERANCE, cross_check, enough_states, stacked_regressor
@@ -118,3 +125,51 @@ def test_ratios_and_shares_of_motors_stay_right() -> None:
     regrouped, _ = base_machine(replace(described, joints=rows))
     assert all(joint.ratio.is_zero for joint in regrouped.joints)
     assert [joint.sharing.text for joint in regrouped.joints if not joint.sharing.is_zero] == ["2"]
+
+
+ENTRIES = {"sr400": 42, "five_bar": 16, "gantry": 13, "gantry_rigid": 4, "quick_return": 11, "parallelogram": 25}
+"""Entries of the model: as many as the rank of the columns of parameters that are not zero."""
+SLOW_ENTRIES = {"delta": 37, "ring": 34, "palletizer": 29, "two_jack_arm": 41, "differential": 20}
+SLOW = [pytest.param(*one, marks=pytest.mark.thorough) for one in SLOW_ENTRIES.items()]
+
+
+@pytest.mark.parametrize(("name", "entries"), [*ENTRIES.items(), *SLOW])
+def test_the_model_has_as_many_entries_as_the_rank(name: str, entries: int) -> None:
+    """By numpy's singular values; torques of the entries in the columns of their labels are those of all parameters."""
+    described = machine(name)
+    model = next(m for m in programs(described, Scene(models=("base_parameters",))).models)
+    labels = model.results["X"].column_labels
+    X = numpy_model(described, ("base_parameters",)).base_parameters()
+    motion = random_motion(described, enough_states(described), 5)
+    stacked = stacked_regressor(motion)
+    links = motion.mechanism.links
+    values = {(j, x): v for j, link in enumerate(links, 1) for x, v in parameters_of(link.body).items()}
+    values |= {(j, "IA"): link.rotor_inertia for j, link in enumerate(links, 1)}
+    there = [label for label in stacked.labels if values[label]]
+    W = stacked.columns(there)
+    lengths = np.linalg.norm(W, axis=0)
+    W = W[:, lengths > 1e-9 * lengths.max()] / lengths[lengths > 1e-9 * lengths.max()]
+    assert len(X) == len(labels) == entries == np.linalg.matrix_rank(W, tol=1e-9 * np.sqrt(len(W)))
+    kept = stacked.columns([(int(digits), entry) for entry, digits in map(split_label, labels)])
+    torques = stacked.columns(there) @ [values[label] for label in there]
+    assert np.abs(kept @ X - torques).max() < 1e-12 * np.abs(torques).max()
+
+
+def split_label(label: str) -> tuple[str, str]:
+    found = re.fullmatch(r"(IA|[A-Z]{1,2}?)R?_?(\d+)", label)
+    assert found, label
+    return found[1], found[2]
+
+
+def test_the_model_says_for_which_geometry_it_holds() -> None:
+    described = machine("sr400")
+    model = next(m for m in programs(described, Scene(models=("base_parameters",))).models)
+    assert model.model.title.endswith("for the values of D2, D3, D4, D8, RL4 in the table")
+    unknown = replace(described, parameters=tuple(replace(p, value=None) for p in described.parameters))
+    with pytest.raises(InputError, match=r"for one geometry only: give values to D2, D3, D4, D8, RL4$"):
+        programs(unknown, Scene(models=("base_parameters",)))
+
+
+def test_without_numbers_no_base_of_loops_is_traced() -> None:
+    with pytest.raises(ValueError, match="couplings and loops group more"):
+        trace(machine("five_bar"), "base_parameters")

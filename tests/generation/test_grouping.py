@@ -15,7 +15,6 @@ from click.testing import CliRunner, Result
 from symoro_elastic.cli import cli
 from symoro_elastic.formats import read_machine, write_machine
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.generation.grouping import NOTE, base_formulas, base_machine, checked_grouping
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
@@ -24,6 +23,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.mechanics import base_parameters as rules
 from symoro_elastic.mechanics.base_parameters import GroupingRule
 from symoro_elastic.models.base_parameters import ZeroPosition
+from symoro_elastic.numerics.grouping import NOTE, base_formulas, base_machine, checked_grouping
 from symoro_elastic.numerics.values import parameter_values
 from tests.references.multiprecision import generalized_forces
 from tests.references.random_machines import chain, random_machine, random_state, two_children

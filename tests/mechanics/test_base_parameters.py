@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from symoro_elastic.formats import read_machine, write_machine
-from symoro_elastic.generation.grouping import checked_grouping
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import ZERO, Formula
@@ -18,6 +17,7 @@ from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Par
 from symoro_elastic.models.base_parameters import GROUPED, KEPT, NO_EFFECT, base_grouping
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, polynomial_text
+from symoro_elastic.numerics.grouping import checked_grouping
 from symoro_elastic.numerics.rank import cross_check
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.references.random_machines import chain, planar_2r, random_machine, random_state, two_children

@@ -30,6 +30,7 @@ from symoro_elastic.models.model import Joints, Model, Result, Results
 from symoro_elastic.models.naming import name_composites
 from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.time_steps import ways_to_give_motors
+from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.pages.equations.page import html_page, latex_document
 from symoro_elastic.quantities import (
@@ -168,7 +169,7 @@ def traces() -> Iterator[tuple[Machine, TracedModel]]:
     for machine in machines():
         for name in MODELS:
             try:
-                yield machine, trace(machine, name)
+                yield machine, trace(machine, name, grouping_of=grouping_by_rank)
             except (InputError, SingularPivot):
                 continue
         if machine.independent and not machine.floating:

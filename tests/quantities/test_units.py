@@ -18,6 +18,7 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, KnownOfBase, Machine, Parameter
 from symoro_elastic.machine.scene import COMPONENTS
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace
+from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.quantities import INTERMEDIATES, PREFIXES, Intermediate, PairUnit, Quantity, Unit
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from tests.models.test_floating_base import HULL, on
@@ -163,7 +164,7 @@ UNEVEN = ("T", "E")
 def traces(machine: Machine) -> Iterator[TracedModel]:
     for name in MODELS:
         with contextlib.suppress(InputError):
-            yield trace(machine, name)
+            yield trace(machine, name, grouping_of=grouping_by_rank)
 
 
 CASES = [

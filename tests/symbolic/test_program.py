@@ -23,6 +23,7 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel, trace, trace_scene
 from symoro_elastic.models.packaging import package, reserved_words
+from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, reachable
@@ -71,7 +72,7 @@ class Subject:
 
     @cached_property
     def models(self) -> list[TracedModel]:
-        return trace_scene(self.machine, Scene(models=ALL_MODELS))
+        return trace_scene(self.machine, Scene(models=ALL_MODELS), grouping_by_rank)
 
     @cached_property
     def functions(self) -> dict[str, list[Assignment]]:

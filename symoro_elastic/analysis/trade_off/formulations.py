@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.generation.grouping import checked_grouping
 from symoro_elastic.generation.pipeline import refuse_degenerate
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import names_to_fold
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, TracedModel
 from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.grouping import checked_grouping, grouping_by_rank
 from symoro_elastic.numerics.verification.states import ARGUMENTS, depends_on_state
 from symoro_elastic.symbolic.program import OperationCount
 
@@ -120,7 +120,7 @@ def _formulation(machine: Machine, scene: Scene, values: Values, ways: Mapping[s
     models = asked_models(scene)
     written = tuple((ways or {}).get(name, name) for name in models)
     outputs = {other: scene.outputs[name] for name, other in zip(models, written, strict=True) if name in scene.outputs}
-    programs = trace_models(machine, replace(scene, models=written, outputs=outputs, steps=()))
+    programs = trace_models(machine, replace(scene, models=written, outputs=outputs, steps=()), grouping_by_rank)
     by_name = {one.model.name: one for one in programs.models}
     return Formulation(
         BY_MATRIX if ways else RECURSION,

@@ -32,6 +32,7 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.numerics.verification.states import States, extreme_states, moderate_states
 
@@ -73,7 +74,7 @@ def self_check(
     `states` moderate and as many extreme states; parameters without value get a plausible one. Raises `NoValues`,
     `CompilerMissing`, `CompilationFailed`.
     """
-    programs = trace_models(machine, scene)
+    programs = trace_models(machine, scene, grouping_by_rank)
     kept = programs.machine
     values = parameter_values(kept, seed)
     p = np.array([values[parameter.name] for parameter in programs.package.parameters], dtype=float)

@@ -33,6 +33,7 @@ from symoro_elastic.models.catalogue import MODELS, TracedModel
 from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.models.model import CheckedBy
 from symoro_elastic.models.traced import Traced, trace_models
+from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.numerics.implementations import (
     Implementation,
     ResultArrays,
@@ -153,7 +154,7 @@ def verify(
     value get a plausible one. `progress(done, total)` is called after each state.
     Raises `NoValues`, `SingularPivot`, `CompilationFailed`.
     """
-    programs = trace_models(machine, scene or Scene())
+    programs = trace_models(machine, scene or Scene(), grouping_by_rank)
     with tempfile.TemporaryDirectory() as folder:
         code = build_code(programs.package, render_verified(programs.package), Path(folder))
         return compare(programs, code, states=states, seed=seed, progress=progress)

@@ -24,7 +24,6 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.pictures import picture
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.foundation.results import Part, Result, Table, as_html
-from symoro_elastic.generation.grouping import base_parameters
 from symoro_elastic.generation.pipeline import programs, verify
 from symoro_elastic.generation.views import models_table
 from symoro_elastic.machine.described import DescribedMachine
@@ -33,6 +32,7 @@ from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.views import bodies_table, machine_table, parameter_lines
 from symoro_elastic.models.joint_axes import placed_machine
+from symoro_elastic.numerics.grouping import base_parameters
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.pages.closed_chains import closed_chain, closed_chain_lines

@@ -1,4 +1,4 @@
-"""The step `group`: a machine with base inertial parameters only, cross-checked with numbers."""
+"""The step `group`: base inertial parameters by rules, cross-checked with numbers, or by numbers; machines of them."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from symoro_elastic.numerics.values import parameter_values
 NOTE = "inertial parameters grouped by QR, for this geometry only"
 SAME, ROUNDING = 1e-9, 1e-13
 MOST_NAMED = 6
+UNTIL_THEN = "; until then the grouping by the rules is used"
 FRESH = 1
 """Seed of the states at which relations are tried; they are found at those of seed 0."""
 
@@ -31,6 +32,14 @@ def checked_grouping(machine: Machine) -> tuple[Grouping, CrossCheck]:
     grouping = base_grouping(machine)
     check = cross_check(machine, grouping)
     return (grouping, check) if check.agrees else _by_numbers(machine, grouping, check)
+
+
+def grouping_by_rank(machine: Machine) -> Grouping:
+    """The grouping of which there are as many base parameters as the rank of the regressor; raises `InputError`."""
+    grouping, check = checked_grouping(machine)
+    if (check.doubt and check.rank != grouping.count) or check.refused:
+        raise machine.error("base_parameters", check.message.removesuffix(UNTIL_THEN))
+    return grouping
 
 
 def base_machine(machine: Machine) -> tuple[DescribedMachine, tuple[str, ...]]:
@@ -97,7 +106,7 @@ def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[G
     if missing:
         what = f"the QR grouping holds for one geometry only: give values to {_some(missing)}"
         usable = machine.is_coupled and check.torques_stay
-        what += "; until then the grouping by the rules is used" if usable else ""
+        what += UNTIL_THEN if usable else ""
         return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=not usable)
     fixed = with_constants(machine, geometry)
     fixed = DescribedMachine.of(fixed).with_notes(NOTE)
@@ -109,6 +118,7 @@ def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[G
         return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=not check.torques_stay)
     what = "the QR grouping is used, which holds for this geometry only"
     what += f" ({_some(geometry)} became constants)" if geometry else ""
+    found = replace(found, geometry=tuple(geometry))
     return found, replace(tried, doubt=f"{check.doubt}; {what}; it differs in {_differences(machine, rules, found)}")
 
 
