@@ -47,7 +47,8 @@ class ReadingWithWarnings(Reading):
 @operation(
     ReadingWithWarnings,
     f"A file ({', '.join(READABLE)}), or the tables of a .toml file as dictionaries and lists (`name` must be "
-    "among them), or a robot of the Robotics Toolbox: an object with `links`.",
+    "among them), or a robot of the Robotics Toolbox: an object with `links` of Denavit-Hartenberg parameters, or with "
+    "a `urdf_string`; its `base`, `tool` and `gravity` are taken.",
 )
 def read(machine: str | Path | Mapping[str, Any] | Any, options: ReadingWithWarnings) -> DescribedMachine:
     """Return the machine in a file, checked, with its inertial parameters grouped if `base`.

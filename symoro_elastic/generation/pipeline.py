@@ -97,7 +97,7 @@ def prepare(
 
 def read_robot(robot: Any) -> DescribedMachine:
     """The machine, not yet checked, of a robot of the Robotics Toolbox; raises `InputError`."""
-    from symoro_elastic.formats.robots.standard_dh import of_robot
+    from symoro_elastic.formats.robots.toolbox import of_robot
 
     return of_robot(robot, taken=reserved_words())
 

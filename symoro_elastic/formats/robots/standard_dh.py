@@ -1,8 +1,8 @@
 """Tables of standard (distal) Denavit-Hartenberg parameters as links and joints.
 
 Row i: A_i = Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha), joint i about or along z of frame i - 1, link i and
-its inertia in frame i. Robots of the Robotics Toolbox may also have modified ones,
-A_i = Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d).
+its inertia in frame i. Modified ones are A_i = Rot(x, alpha) Trans(x, a) Rot(z, theta) Trans(z, d). A flipped joint
+moves about or along -z.
 """
 
 from __future__ import annotations
@@ -20,15 +20,13 @@ import numpy as np
 from symoro_elastic.formats.files import name_of
 from symoro_elastic.formats.robots.displacements import about_x, about_z
 from symoro_elastic.formats.robots.distal_columns import COLUMNS, SCALES, TYPES, DistalColumn
-from symoro_elastic.formats.robots.modified_dh import machine_of
 from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Placement
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine import formula
-from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.names import NONE, Reasons, did_you_mean, quote
-from symoro_elastic.machine.valid_names import with_valid_names
+from symoro_elastic.machine.names import did_you_mean, quote
 
+GRAVITY = (0.0, 0.0, -9.81)
 BASE, TOOL = "base", "tool"
 TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 MOST_ROWS = 1000
@@ -56,6 +54,7 @@ class DistalLink:
     viscous: float = 0.0
     coulomb: float = 0.0
     modified: bool = False
+    flipped: bool = False
 
     @property
     def along_z(self) -> Placement:
@@ -79,9 +78,16 @@ class DistalLink:
 
 
 def describe_links(
-    name: str, rows: Iterable[DistalLink], base: Placement | None = None, tool: Placement | None = None
+    name: str,
+    rows: Iterable[DistalLink],
+    base: Placement | None = None,
+    tool: Placement | None = None,
+    gravity: tuple[float, float, float] = GRAVITY,
 ) -> Description:
-    """The robot with these rows; `base` places frame 0 in the world, `tool` the tool in the last frame."""
+    """The robot with these rows; `base` places frame 0 in the world, `tool` the tool in the last frame.
+
+    `gravity` is in axes of the world.
+    """
     links, joints, after, parent = [Link(BASE)], [], base or Placement(), BASE
     for row in rows:
         place, child = row.after, f"link {len(links)}"
@@ -92,82 +98,17 @@ def describe_links(
         after, parent = place, child
     links.append(Link(TOOL))
     joints.append(LinkJoint("tool joint", JointType.FIXED, parent, TOOL, after * (tool or Placement())))
-    return Description(name, tuple(links), tuple(joints))
+    return Description(name, tuple(links), tuple(joints), gravity=gravity)
 
 
 def _joint(row: DistalLink, parent: str, child: str, place: Placement) -> LinkJoint:
-    axis = np.array([0.0, 0.0, 1.0])
+    axis = np.array([0.0, 0.0, -1.0 if row.flipped else 1.0])
     return LinkJoint(
         *(row.name, row.type, parent, child, place, axis),
         damping=row.viscous,
         friction=row.coulomb,
         rotor_inertia=row.rotor_inertia,
     )
-
-
-def of_robot(robot: Any, name: str = "", taken: Reasons = NONE) -> DescribedMachine:
-    """The machine of a robot of the Robotics Toolbox, or of any object with `links` that have the same attributes.
-
-    These are a, d, alpha, theta, offset, sigma (0 revolute, 1 prismatic), mdh, m, r, I, Jm, G, B, Tc; without one it is
-    zero. `base` and `tool` of the robot are taken too. Friction and rotors are on the side of the motor, G their
-    turns for one of the joint. `taken` are names that generated code uses. Raises `InputError` that names the link.
-    """
-    title = name or str(getattr(robot, "name", "") or "robot")
-    rows, remarks = [], []
-    for k, link in enumerate(robot.links, start=1):
-        row, remark = _row_of(link, f"joint{k}", title)
-        rows.append(row)
-        remarks += [remark] if remark else []
-    ends = (_placement(getattr(robot, end, None), title, end) for end in (BASE, TOOL))
-    description = describe_links(name_of(title), rows, *ends)
-    machine = machine_of(
-        Description(description.name, description.links, description.joints, remarks=(*remarks,)), title
-    )
-    return with_valid_names(machine, taken)
-
-
-def _row_of(link: Any, name: str, source: str) -> tuple[DistalLink, str]:
-    """The row of a link, and a remark on what is lost."""
-
-    def number(key: str, count: int = 1) -> Array:
-        value = getattr(link, key, None)
-        try:
-            found = np.zeros(count) if value is None else np.asarray(value, dtype=float).ravel()
-        except (TypeError, ValueError):
-            raise InputError(source, name, f"{key} = {quote(value)} is not a number") from None
-        if found.size != count or not np.isfinite(found).all():
-            raise InputError(source, name, f"{key} = {quote(value)} must be {count} finite numbers")
-        return found
-
-    if getattr(link, "flip", False) or getattr(link, "isflip", False):
-        raise InputError(source, name, "a flipped joint: turn its axis and change the sign of its variable")
-    theta, d, a, alpha, offset, sigma, m, Jm, G, B = (
-        float(number(key)[0]) for key in ("theta", "d", "a", "alpha", "offset", "sigma", "m", "Jm", "G", "B")
-    )
-    slides, turns = bool(sigma), abs(G)
-    dry = number("Tc", 2)
-    row = DistalLink(
-        name,
-        JointType.PRISMATIC if slides else JointType.REVOLUTE,
-        theta if slides else theta + offset,
-        d + offset if slides else d,
-        *(a, alpha, m, number("r", 3), number("I", 9).reshape(3, 3)),
-        rotor_inertia=Jm * turns**2,
-        viscous=B * turns**2,
-        coulomb=turns * float(dry[0] - dry[1]) / 2,
-        modified=bool(getattr(link, "mdh", False)),
-    )
-    return row, f"{name}: dry friction differs by direction: its mean is taken" if dry[0] != -dry[1] else ""
-
-
-def _placement(end: Any, source: str, what: str) -> Placement:
-    """A placement, from a matrix or an object that holds it as `A`; none where nothing is given."""
-    if end is None:
-        return Placement()
-    matrix = np.asarray(getattr(end, "A", end), dtype=float)
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-        raise InputError(source, what, "must be a matrix (4, 4)")
-    return Placement(matrix[:3, :3], matrix[:3, 3])
 
 
 def describe(text: str, source: str) -> Description:

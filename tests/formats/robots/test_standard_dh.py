@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from symoro_elastic.formats.reading import read_machine
 from symoro_elastic.formats.robots.modified_dh import machine_of
-from symoro_elastic.formats.robots.standard_dh import describe, of_robot
+from symoro_elastic.formats.robots.standard_dh import describe
+from symoro_elastic.formats.robots.toolbox import of_robot
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine
+from tests.machine.robots import samples as xml
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -36,6 +42,7 @@ class Link:
     G: float = 0.0
     B: float = 0.0
     Tc: tuple[float, float] = (0.0, 0.0)
+    isflip: bool = False
 
 
 def turn(axis: int, angle: float) -> Array:
@@ -56,7 +63,8 @@ def move(axis: int, by: float) -> Array:
 def frames(robot: Any, q: Array) -> tuple[list[Array], list[Array]]:
     """The frames of the links and those on the axes of the joints, by the definition of the parameters."""
     T, links, axes = np.asarray(robot.base, float), [], []
-    for link, x in zip(robot.links, q, strict=True):
+    for link, moved in zip(robot.links, q, strict=True):
+        x = -moved if link.isflip else moved
         theta, d = (link.theta, link.d + x + link.offset) if link.sigma else (link.theta + x + link.offset, link.d)
         along_x, along_z = turn(0, link.alpha) @ move(0, link.a), turn(2, theta) @ move(2, d)
         axes.append(T @ along_x if link.mdh else T)
@@ -65,20 +73,30 @@ def frames(robot: Any, q: Array) -> tuple[list[Array], list[Array]]:
     return links, axes
 
 
-def inertia_matrix(robot: Any, q: Array) -> Array:
-    """Sum over the links of m Jv^T Jv + Jw^T I Jw, and rotors."""
+def jacobians(robot: Any, q: Array) -> Iterator[tuple[Any, Array, Array, Array]]:
+    """Each link with its frame, and the Jacobians (3, n) of its centre of mass and its rotation."""
     links, axes = frames(robot, q)
     n = len(q)
-    A = np.diag([link.Jm * link.G**2 for link in robot.links])
     for k, (link, T) in enumerate(zip(robot.links, links, strict=True)):
         center = T[:3, :3] @ link.r + T[:3, 3]
         Jv, Jw = np.zeros((3, n)), np.zeros((3, n))
         for j in range(k + 1):
-            z, o = axes[j][:3, 2], axes[j][:3, 3]
+            z, o = axes[j][:3, 2] * (-1 if robot.links[j].isflip else 1), axes[j][:3, 3]
             Jv[:, j], Jw[:, j] = (z, 0) if robot.links[j].sigma else (np.cross(z, center - o), z)
-        inertia = T[:3, :3] @ link.I @ T[:3, :3].T
-        A = A + link.m * Jv.T @ Jv + Jw.T @ inertia @ Jw
+        yield link, T, Jv, Jw
+
+
+def inertia_matrix(robot: Any, q: Array) -> Array:
+    """Sum over the links of m Jv^T Jv + Jw^T I Jw, and rotors."""
+    A = np.diag([link.Jm * link.G**2 for link in robot.links])
+    for link, T, Jv, Jw in jacobians(robot, q):
+        A = A + link.m * Jv.T @ Jv + Jw.T @ (T[:3, :3] @ link.I @ T[:3, :3].T) @ Jw
     return A
+
+
+def gravity_torques(robot: Any, q: Array) -> Array:
+    """Torques that hold the links against `gravity`, the acceleration of gravity in axes of the world."""
+    return -sum((link.m * Jv.T @ np.asarray(robot.gravity) for link, _, Jv, _ in jacobians(robot, q)), np.zeros(len(q)))
 
 
 def random_robot(seed: int, modified: bool) -> Any:
@@ -92,8 +110,10 @@ def random_robot(seed: int, modified: bool) -> Any:
         numbers = {"Jm": 2e-4, "G": -60.0, "B": 1e-3, "Tc": (0.4, -0.4)}
         place = (theta * sigma, d, a, alpha, rng.normal(), sigma, modified)
         links.append(Link(*place, m=rng.uniform(1, 5), r=rng.normal(size=3) * 0.1, I=tensor, **numbers))
+    links[1].isflip = links[5].isflip = True
     base, tool = turn(1, 0.4) @ move(0, 0.2), move(2, 0.1) @ turn(0, 1.1)
-    return SimpleNamespace(links=links, name="random robot", base=base, tool=SimpleNamespace(A=tool))
+    ends = {"base": base, "tool": SimpleNamespace(A=tool)}
+    return SimpleNamespace(links=links, name="random robot", gravity=[1.0, -9.0, 3.0], **ends)
 
 
 @pytest.mark.parametrize("modified", [False, True], ids=["standard", "modified"])
@@ -110,10 +130,50 @@ def test_robots_of_the_toolbox_are_what_their_parameters_define(seed: int, modif
     assert pinocchio_model.frames(machine, q)[-1] == pytest.approx(tool, rel=0, abs=1e-13)
     wanted = inertia_matrix(robot, q)
     assert pinocchio_model.inertia_matrix(machine, q) == pytest.approx(wanted, rel=0, abs=1e-12 * wanted.max())
+    held = gravity_torques(robot, q)
+    assert pinocchio_model.bias_forces(machine, q, 0 * q) == pytest.approx(held, rel=0, abs=1e-12 * np.abs(held).max())
     row = machine.joints[0]
     assert machine.name == "random_robot" and [x.name for x in machine.joints][-1] == "tool"
     found = [x.value() for x in (row.rotor_inertia, row.friction.viscous, row.friction.coulomb)]
     assert found == pytest.approx([2e-4 * 3600, 1e-3 * 3600, 0.4 * 60])
+
+
+def test_a_robot_without_gravity_stands_upright() -> None:
+    assert gravity_of(of_robot(SimpleNamespace(links=[Link(a=1, m=1)]), "arm")) == [0, 0, -9.81]
+    assert gravity_of(of_robot(SimpleNamespace(links=[Link(a=1, m=1)], gravity=[0, 0, 9.8]), "two link")) == [0, 0, 9.8]
+
+
+def gravity_of(machine: Machine) -> list[float]:
+    return [x.value() for x in machine.base.gravity]
+
+
+PENDULUM = xml.robot(xml.link("foot"), xml.link("arm"), xml.joint("swing", "foot", "arm", axis=(0, 1, 0)), name="hung")
+
+
+@pytest.mark.parametrize("stored", ["string", "file"])
+def test_robots_of_a_urdf_are_read_from_it(stored: str, tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio")
+    from tests.references import pinocchio_model
+
+    path = tmp_path / "hung.urdf"
+    path.write_text(PENDULUM, encoding="utf-8")
+    given = {"urdf_string": PENDULUM} if stored == "string" else {"urdf_string": "", "urdf_filepath": path}
+    links = [SimpleNamespace(ets=1), SimpleNamespace(ets=1)]
+    base = turn(1, 0.4) @ move(0, 0.2)
+    read = of_robot(SimpleNamespace(links=links, name="hung", gravity=[0, 0, -9.8], tool=np.eye(4), base=base, **given))
+    own = read_machine(path)[0]
+    rotation = base[:3, :3]
+    turned = replace(own.base, gravity=tuple(map(Formula.parse, (rotation.T @ [0, 0, -9.8]).tolist())))
+    q = np.array([0.7])
+    wanted = pinocchio_model.bias_forces(replace(own, base=turned), q, 0 * q)
+    assert pinocchio_model.bias_forces(read, q, 0 * q) == pytest.approx(wanted, rel=1e-12)
+    axis_and_origin = (base @ pinocchio_model.frames(own, q)[-1])[:, 2:]
+    assert pinocchio_model.frames(read, q)[-1][:, 2:] == pytest.approx(axis_and_origin, abs=1e-14)
+
+
+def test_a_tool_of_a_robot_of_a_urdf_is_refused() -> None:
+    with pytest.raises(InputError, match="hung: tool: a robot of a URDF may have several ends"):
+        of_robot(SimpleNamespace(links=[], name="hung", urdf_string=PENDULUM, tool=move(2, 0.1)))
 
 
 def test_friction_that_differs_by_direction_is_taken_at_its_mean_and_said() -> None:
@@ -128,7 +188,9 @@ def test_friction_that_differs_by_direction_is_taken_at_its_mean_and_said() -> N
         (SimpleNamespace(links=[Link(), Link(a="q")]), "arm: joint2: a = 'q' is not a number"),  # type: ignore[arg-type]
         (SimpleNamespace(links=[Link(d=float("inf"))]), "arm: joint1: d = 'inf' must be 1 finite numbers"),
         (SimpleNamespace(links=[Link(r=np.zeros(2))]), "arm: joint1: r = '[0. 0.]' must be 3 finite numbers"),
-        (SimpleNamespace(links=[SimpleNamespace(flip=True)]), "arm: joint1: a flipped joint"),
+        (SimpleNamespace(links=[SimpleNamespace(ets=0)]), "arm: joint1: a SimpleNamespace has no Denavit-Hartenberg"),
+        (SimpleNamespace(links=[Link()], gravity=(0, 9.81)), "arm: gravity: it = '(0, 9.81)' must be 3 finite numbers"),
+        (SimpleNamespace(links=[], urdf_filepath="/no.urdf"), "arm: urdf_filepath: '/no.urdf' cannot be read"),
         (SimpleNamespace(links=[Link()], tool=np.eye(3)), "arm: tool: must be a matrix (4, 4)"),
     ],
 )
