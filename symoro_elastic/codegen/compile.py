@@ -24,8 +24,10 @@ Array: TypeAlias = NDArray[Any]
 TYPES: dict[str, type[np.floating]] = {"double": np.float64, "float": np.float32}
 """Types of numpy for the types of arrays in C."""
 COMPILERS = ("gcc", "clang", "cc")
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
-FLAGS = (*STRICT, "-fPIC", "-shared")
+STANDARD = ("-std=c99",)
+"""The language; gcc then rounds each operation, and fuses products and sums without it."""
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
+FLAGS = (*STANDARD, *WARNINGS, "-fPIC", "-shared")
 MOST_OPTIMISED = 3000
 """Statements of a function that an optimising compiler takes a few seconds for; -O0 takes a tenth of that."""
 
@@ -85,10 +87,10 @@ def compile_object(
 ) -> Path:
     """Write C files (name to text) into a folder, compile one of them, return the object file.
 
-    Raises `CompilationFailed`.
+    `flags` are all that the code depends on; warnings are errors beside them. Raises `CompilationFailed`.
     """
     made = folder / f"{Path(source).stem}.o"
-    return _compiled(files, [*compiler, *STRICT, *flags, "-c", source, "-o", made.name], made)
+    return _compiled(files, [*compiler, *WARNINGS, *flags, "-c", source, "-o", made.name], made)
 
 
 def _compiled(files: Mapping[str, str], command: Sequence[str], made: Path) -> Path:

@@ -200,7 +200,7 @@ def _code(
     files = render(asked.package, targets, machine.source, precisions)
     reports: Sequence[CodeReport] = ()
     if tools:
-        announce("compile")
+        announce(f"compile: {tools.command}")
         reports = report(asked.package, files, machine.label, precisions, tools)
     return _Made(files, asked.models, _of_whole_machine(asked), reports)
 

@@ -105,13 +105,18 @@ def _functions(listing: str, processor: Processor) -> Iterator[Code]:
 
 
 def _instructions(function: str, lines: list[str], processor: Processor) -> Iterator[Instruction]:
-    line, last = 0, None
+    """The instructions of a function; words among them (`.word`) are none, and relocations of these are not theirs."""
+    line: int = 0
+    last: Instruction | None = None
     for text in lines:
         if found := RELOCATION.fullmatch(text):
             last = _to_symbol(last, ADDEND.sub("", found[1])) if last else None
-        elif (found := INSTRUCTION.match(text)) and not found[2].startswith("."):
+        elif found := INSTRUCTION.match(text):
             if last:
                 yield last
+            last = None
+            if found[2].startswith("."):
+                continue
             last = _instruction(function, int(found[1], 16), f"{found[2]} {found[3]}".strip(), line, processor)
         elif found := LINE.fullmatch(text):
             line = int(found[2])

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing, compile_object, find_compiler
+from symoro_elastic.codegen.compile import STANDARD, CompilationFailed, CompilerMissing, compile_object, find_compiler
 
 PACKAGES = {
     "gcc": "gcc",
@@ -24,7 +24,7 @@ OBJDUMP = ("-d", "-r", "-l", "-h", "-t", "--no-show-raw-insn")
 
 @dataclass(frozen=True)
 class ToolChain:
-    """A compiler with its options, as a command that compiles one file."""
+    """A compiler with its options, as a command that compiles one file: all that its code depends on."""
 
     compiler: tuple[str, ...]
     flags: tuple[str, ...]
@@ -44,7 +44,7 @@ class Compiled:
 
 
 def tool_chain(compiler: str = "", flags: str = "") -> ToolChain:
-    """Return the compiler that is named, else that of this computer, with options; -O2 comes before them.
+    """Return the compiler that is named, else that of this computer, with options; -std=c99 -O2 comes before them.
 
     Raises `CompilerMissing` that names the package, `ValueError` that is the text with an open quotation mark.
     """
@@ -53,7 +53,7 @@ def tool_chain(compiler: str = "", flags: str = "") -> ToolChain:
         package = PACKAGES.get(Path(command[0]).name)
         remedy = f"install it (Debian: apt install {package})" if package else "install it, or name another"
         raise CompilerMissing(f"there is no program {command[0]!r}: {remedy}")
-    return ToolChain(command, ("-O2", *_words(flags)))
+    return ToolChain(command, (*STANDARD, "-O2", *_words(flags)))
 
 
 def _words(text: str) -> tuple[str, ...]:

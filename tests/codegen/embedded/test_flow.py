@@ -80,6 +80,30 @@ def test_loops_in_loops_multiply() -> None:
     assert executed(text, {1: 3, 2: 4}) == 1 + 3 * (1 + 4 * 4 + 3) + 1
 
 
+POOL = """
+    1: 0 cmp r0, #0
+    1: 2 beq.n 14 <f+0x14>
+    2: 4 adds r0, #1
+    2: 6 b.n 10 <f+0x10>
+    2: 8 .word 0x00000000
+\t\t\t8: R_ARM_ABS32\t.rodata
+    2: c .word 0x3f800000
+    3: 10 adds r0, #1
+    3: 12 adds r0, #1
+    4: 14 bx lr
+    """
+
+
+def test_a_jump_over_words_keeps_its_target() -> None:
+    """The relocation of a word in a pool of literals is not one of the jump before it."""
+    (code,) = functions(listing(POOL))[0].values()
+    assert [(one.address, one.target, one.callee) for one in code.instructions if one.target >= 0 or one.callee] == [
+        (2, 0x14, ""),
+        (6, 0x10, ""),
+    ]
+    assert executed(POOL, {}) == 7
+
+
 def test_loops_without_a_bound_are_not_guessed() -> None:
     text = """
     2: 0 adds r0, #1

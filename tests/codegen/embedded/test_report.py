@@ -13,7 +13,7 @@ import pytest
 
 from symoro_elastic import generate
 from symoro_elastic.codegen.embedded.report import CodeReport, code_report
-from symoro_elastic.codegen.embedded.tool_chain import tool_chain
+from symoro_elastic.codegen.embedded.tool_chain import compile_file, tool_chain
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.codegen.targets.c import render_c
@@ -41,6 +41,21 @@ def package() -> Package:
 def report(compiler: str, flags: str = "", precision: str = "double") -> CodeReport:
     in_precision = PRECISIONS[precision]
     return code_report(package(), render_c(package(), in_precision), in_precision, tool_chain(compiler, flags))
+
+
+WITHOUT_EFFECT = {"-Wall", "-Wextra", "-Wpedantic", "-Werror", "-g", "-fstack-usage", "-c", "-o"}
+"""On the code: warnings, data for debuggers, names of files."""
+
+
+@needs_gcc
+def test_the_command_shown_is_all_that_the_code_depends_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    commands, run = [], subprocess.run
+    monkeypatch.setattr(subprocess, "run", lambda command, **how: (commands.append(command), run(command, **how))[1])
+    tools = tool_chain("gcc", "-ffast-math -std=gnu11")
+    compile_file({"some.c": "int f(void) { return 0; }\n"}, "some.c", tools)
+    assert tools.command == "gcc -std=c99 -O2 -ffast-math -std=gnu11"
+    others = [word for word in commands[0] if word not in WITHOUT_EFFECT and not word.startswith("some.")]
+    assert " ".join(others) == tools.command
 
 
 def costs(found: CodeReport) -> dict[str, tuple[int | None, int | None]]:
