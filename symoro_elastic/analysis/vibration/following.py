@@ -105,19 +105,20 @@ def _integrated(
 
 
 def refuse_sticking(motion: EquationsOfMotion) -> None:
-    """Raise `InputError` where dry friction acts on a joint that motors alone do not move.
+    """Raise `InputError` where dry friction without creep acts on a joint that motors alone do not move.
 
     It sticks, and no step is small enough.
     """
     machine, q = motion.given, motion.neutral_positions()
-    dry = [j for j in machine.articulated if machine.joint(j).friction.coulomb.value(motion.parameters)]
+    laws = {j: machine.joint(j).friction for j in machine.articulated}
+    dry = [j for j, law in laws.items() if law.creep.is_zero and law.coulomb.value(motion.parameters)]
     free = [k for k in range(len(q)) if k not in motion.motors]
     for j, row in zip(dry, motion.slopes(q, dry), strict=True):
         if row[free].any():
             what = (
                 f"{machine.joint(j).name} has no motor, so dry friction holds it at times, and such a "
-                "motion cannot be integrated: make its coulomb friction 0 in a copy of the table, or give a record of "
-                "all joints by --motion"
+                "motion cannot be integrated: give its friction a creep velocity, or make its coulomb friction 0, in a "
+                "copy of the table"
             )
             raise InputError(motion.source, "friction", what)
 

@@ -30,6 +30,7 @@ from symoro_elastic.analysis.vibration.following import refuse_sticking
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.joint_laws import friction_slope
 from symoro_elastic.models.static_deflections import DEFLECTIONS
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
@@ -46,8 +47,8 @@ NEAR = 10.0
 class LinearPath:
     """The linear model at times t (N,), evenly spaced from 0: M, D, K (N, n, n), R (N, n), outputs, the reference.
 
-    `moved` are the entries of q that d has, `springs` those among them that can be left out. `stiffness`, `damping`
-    (n,) are those of springs, dampers, viscous friction and servos on the joints: diagonal; `preload` (n,) are the
+    `moved` are the entries of q that d has, `springs` those among them that can be left out. `stiffness` (n,) and
+    `damping` (N, n) are those of springs, dampers, friction and servos on the joints: diagonal; `preload` (n,) are the
     forces of the springs at the start. SI units, radians.
     """
 
@@ -108,13 +109,14 @@ class LinearPath:
     def every_second(self) -> LinearPath:
         """The model at every second time."""
         M, D, K, R = (x[::2] for x in (self.M, self.D, self.K, self.R))
-        return replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, outputs=self.outputs.every_second)
+        every_second = self.outputs.every_second
+        return replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, damping=self.damping[::2], outputs=every_second)
 
     def finer(self, samples: int) -> LinearPath:
         """Return the model at other times, evenly spaced: cubic between those that are known."""
         t = np.linspace(0.0, self.t[-1], samples)
-        M, D, K, R = (between(self.t, x, t) for x in (self.M, self.D, self.K, self.R))
-        return replace(self, t=t, M=M, D=D, K=K, R=R, outputs=self.outputs.at(self.t, t))
+        M, D, K, R, damping = (between(self.t, x, t) for x in (self.M, self.D, self.K, self.R, self.damping))
+        return replace(self, t=t, M=M, D=D, K=K, R=R, damping=damping, outputs=self.outputs.at(self.t, t))
 
 
 def linear_path(
@@ -165,19 +167,19 @@ class _Along:
         torques = K[:, self.motors], D[:, self.motors], M[:, self.motors]
         deflections = partial(self._given_to, self.model.static_deflections) if self.machine.static else None
         rows = outputs_along(self.machine, self.reference.servo, outputs, states, torques, deflections)
-        return self._served(M, D, K, R, rows)
+        return self._served(M, D, K, R, rows, states[1])
 
-    def _served(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs) -> LinearPath:
+    def _served(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs, v: Array) -> LinearPath:
         """Return the model with the gains of servos, or without equations of motors."""
         reference, motors, names = self.reference, self.motors, self.motion.names
-        stiffness, damping, preload = _laws(self.motion, reference.start.q)
+        stiffness, damping, preload = _laws(self.motion, reference.start.q, v)
         moved = list(range(len(names)))
         if reference.servo is None:
             moved = [k for k in moved if k not in motors]
         else:
             D = D.copy()
             for diagonal, matrix, gains in zip((stiffness, damping), (K, D), reference.servo, strict=True):
-                diagonal[motors] += gains
+                diagonal[..., motors] += gains
                 matrix[:, motors, motors] += gains
         springs = tuple(k for k in self.machine.elastic_entries if k in moved and stiffness[k])
         return LinearPath(
@@ -214,12 +216,18 @@ def _spread(x: Array, rows: Array, n: int) -> Array:
     return spread
 
 
-def _laws(motion: EquationsOfMotion, start: Array) -> tuple[Array, Array, Array]:
-    """Return stiffness and damping of the joints themselves, and the forces of springs at the start, (n,) each."""
-    cells = [(j.spring.stiffness, j.spring.damping, j.friction.viscous, j.spring.neutral) for j in motion.joints]
+def _laws(motion: EquationsOfMotion, start: Array, v: Array) -> tuple[Array, Array, Array]:
+    """Return stiffness (n,) of the joints themselves, their damping (N, n) at v (N, n), forces of springs at the start.
+
+    The slope of dry friction that creeps is damping, too.
+    """
+    laws = [(joint.spring, joint.friction) for joint in motion.given.independent_joints]
+    cells = [(s.stiffness, s.damping, s.neutral, f.viscous, f.coulomb, f.creep) for s, f in laws]
     numbers = np.array([[cell.value(motion.parameters) for cell in row] for row in cells], dtype=float)
-    stiffness, damping, viscous, neutral = numbers.T
-    return stiffness.copy(), damping + viscous, stiffness * (start - neutral)
+    stiffness, damping, neutral, viscous, coulomb, creep = numbers.T
+    speed = np.hypot(v, np.where(creep > 0, creep, 1.0))
+    slope: Array = friction_slope(viscous, np.where(creep > 0, coulomb, 0.0), creep, speed)
+    return stiffness.copy(), damping + slope, stiffness * (start - neutral)
 
 
 def refuse_machine(motion: EquationsOfMotion, start: State) -> None:

@@ -207,7 +207,8 @@ class StepErrors:
         path, rows, g = self.path, self.rows, gamma(method) * h
         M, D, K = (between(path.t, x, t)[:, rows[:, None], rows] for x in (path.M, path.D, path.K))
         if not isinstance(method, Rosenbrock):
-            D, K = np.diag(path.damping[rows]), np.diag(path.stiffness[rows])
+            damping = between(path.t, path.damping, t)[:, rows]
+            D, K = damping[:, :, None] * np.eye(len(rows)), np.diag(path.stiffness[rows])
         S = g * D + g**2 * K
         inverse = np.linalg.inv(M + S)
         return _Solver(g, rows, inverse @ S, inverse @ (g * K))
