@@ -27,6 +27,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import CheckedBy, Frame, Frames, Model, Result, Results
 from symoro_elastic.models.naming import name_frames, name_jacobian, name_twists
 from symoro_elastic.quantities import quantity
+from symoro_elastic.quantities.signatures import OR_ASKED
 from symoro_elastic.symbolic.program import Section
 
 EQUATIONS = {"V": "[3]", "Vd": "[6], [7]"}
@@ -186,7 +187,8 @@ GEOMETRIC = (
             replace(
                 quantity("Vd"),
                 meaning="(dJ/dt) qd of each frame",
-                frame="of the motion relative to frame 0, in its axes or in those of the frame it is asked in",
+                frame=f"of the motion relative to frame 0, in axes of frame 0 {OR_ASKED}",
+                note="accelerations = jacobian qdd + jacobian_dot_qd on a base at rest, all in the same axes",
                 frame0=True,
             ),
         ),

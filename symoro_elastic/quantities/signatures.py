@@ -21,6 +21,8 @@ BOTH = (*ARGUMENT, *RESULT)
 STATE, CARRIED = (Role.STATE,), (Role.STATE, Role.CARRIED)
 VELOCITIES, ACCELERATIONS, FORCES = Samples(2, (-6, 6)), Samples(5, (2, 8)), Samples(20, (2, 8))
 HIGHEST_DERIVATIVE = 12
+OR_ASKED = "or in those of the frame that is asked for, as in 'tool in base'"
+"""How axes of twists are chosen."""
 """The highest derivative by time of a wanted motion that has a name."""
 
 OF_JOINTS = (
@@ -247,7 +249,7 @@ OF_FRAMES = (
     Quantity(
         name="V",
         meaning="velocity of the origin, then angular velocity of each frame",
-        frame="relative to frame 0, in its own axes or in those of the frame it is asked in",
+        frame=f"relative to frame 0 (the motion of a base included), in the frame's own axes {OR_ASKED}",
         symbol="V",
         unit=VELOCITY,
         shape="frames x 6",
@@ -257,7 +259,7 @@ OF_FRAMES = (
     Quantity(
         name="Vd",
         meaning="acceleration of the origin, then angular acceleration of each frame",
-        frame="relative to frame 0, in its own axes or in those of the frame it is asked in",
+        frame=f"relative to frame 0 (the motion of a base included), in the frame's own axes {OR_ASKED}",
         symbol=r"\dot{V}",
         unit=ACCELERATION,
         shape="frames x 6",
@@ -267,8 +269,8 @@ OF_FRAMES = (
     Quantity(
         name="J",
         meaning="Jacobian of each frame",
-        frame="of the motion relative to frame 0, in its axes or in those of the frame it is asked in",
-        note="V = J qd on a base at rest",
+        frame=f"of the motion relative to frame 0, in axes of frame 0 {OR_ASKED}",
+        note="velocities = jacobian qd on a base at rest, both in the same axes",
         symbol="J",
         unit=VELOCITY / VELOCITY,
         shape="frames x 6 x n",
@@ -305,8 +307,8 @@ OF_FRAMES = (
     ),
     Quantity(
         name="f",
-        meaning="force, then moment about its origin, that the antecedent exerts on each body",
-        frame="in its frame",
+        meaning="force, then moment about the origin of its frame, that the antecedent exerts on each body",
+        frame="in axes of the frame of the body",
         symbol="f",
         unit=FORCE,
         shape="frames x 6",
