@@ -20,7 +20,7 @@ from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.foundation.results import Part, Shown
 from symoro_elastic.generation.pipeline import programs
@@ -34,10 +34,11 @@ OPTIMISED = ("-O2", "-ffp-contract=off")
 class LoadedModel(Shown):
     """Functions of a machine, such as `direct_dynamics(q, qd, tau)`, with the data of its generated package.
 
-    `JOINTS`, `MOTORS`, `ELASTIC`, `PARAMETERS`, `DEFAULTS`, `FRAMES` ... are those of the generated numpy package,
-    whose docstrings give arguments, results, shapes and units. Leading axes broadcast; p defaults to the machine's
-    values, others are `parameters(name=value)`. `trace(model, functions, q, ...)` runs the lines of a model on numbers
-    of any library.
+    `JOINTS`, `ELASTIC`, `PARAMETERS`, `DEFAULTS`, `FRAMES` ... are those of the generated numpy package, whose docstrings
+    give arguments, results, shapes and units. `MOTORS` are the entries of q that tau acts on; where motors are on joints
+    that follow from loops there are `MOTOR_NAMES` instead. Leading axes broadcast; p defaults to the machine's values,
+    others are `parameters(name=value)`. `trace(model, functions, q, ...)` runs the lines of a model on numbers of any
+    library.
     """
 
     def __init__(self, package: Package, module: ModuleType, functions: Functions) -> None:
@@ -76,8 +77,16 @@ class LoadedModel(Shown):
         try:
             return getattr(self._module, name)
         except AttributeError:
-            what = f"{self.name} has no {name!r}: it was loaded with {', '.join(self._functions)}"
-            raise AttributeError(what) from None
+            raise AttributeError(self._missing(name)) from None
+
+    def _missing(self, name: str) -> str:
+        """Return why there is no such function or constant."""
+        if name == "MOTORS":
+            named = ", ".join(self._package.motor_names)
+            return (
+                f"{self.name} has no 'MOTORS': tau follows MOTOR_NAMES ({named}), of which not all have an entry of q"
+            )
+        return f"{self.name} has no {name!r}: it was loaded with {', '.join(self._functions)}"
 
     def __dir__(self) -> list[str]:
         """Return the names of functions and constants."""
@@ -119,7 +128,10 @@ def _loader(backend: str | ModuleType) -> Loader:
     if not isinstance(backend, str):
         name = getattr(backend, "__name__", "")
         return BACKENDS[name] if name in BACKENDS else partial(_on_library, backend)
-    among((backend,), BACKENDS, "--backend")
+    if backend not in BACKENDS:
+        known = ", ".join(BACKENDS)
+        what = f"there is no {backend!r}: choose from {known}, or give the module of an array library, backend=torch"
+        raise InputError("symoro-elastic", "--backend", what)
     return BACKENDS[backend]
 
 

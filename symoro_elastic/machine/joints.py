@@ -86,7 +86,7 @@ class Spring:
         symbol="k",
         tunable=True,
         meaning="stiffness k of an elastic joint, whose spring exerts -k (q - neutral) - damping qd; it may hold joint "
-        "variables",
+        "variables x, on which the spring then exerts -(dk/dx) (q - neutral)^2/2 as well",
         example="4.0e5",
     )
     damping: Formula = column(

@@ -199,3 +199,15 @@ def test_without_pandas_the_message_says_what_to_install(two_axis: Any, monkeypa
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(se.InputError, match=r"pip install 'symoro-elastic\[notebook\]'"):
         se.check(PLANAR, "inertia_matrix").frame()
+
+
+def test_motors_on_joints_that_follow_from_loops_have_names_only() -> None:
+    delta = se.load(Path(__file__).parents[1] / "closed_chains" / "machines" / "delta.toml", "inertia_matrix")
+    assert delta.MOTOR_NAMES == ("arm_1", "arm_2", "arm_3")
+    with pytest.raises(AttributeError, match=r"delta has no 'MOTORS': tau follows MOTOR_NAMES \(arm_1, arm_2, arm_3\)"):
+        _ = delta.MOTORS
+
+
+def test_array_libraries_are_given_as_modules() -> None:
+    with pytest.raises(se.InputError, match="there is no 'torch': choose from numpy, .*, or give the module"):
+        se.load({"name": "m", "joints": []}, backend="torch")

@@ -175,7 +175,7 @@ WRONG = {
     "tau is 4 x 3 x 2: 4 x 1, or 4 x N for N states, is expected": (ZEROS[5], ZEROS[5], np.zeros((4, 3, 2))),
     "tau is of 3 states, an argument before it of 2": (np.zeros((5, 2)), ZEROS[5], np.zeros((4, 3))),
     "q is of class single: real numbers of class double are expected": (np.zeros((5, 1), "f4"), ZEROS[5], ZEROS[4]),
-    "qd is of class double: real numbers of class double are expected": (ZEROS[5], np.full((5, 1), 1j), ZEROS[4]),
+    "qd is complex: real numbers of class double are expected": (ZEROS[5], np.full((5, 1), 1j), ZEROS[4]),
 }
 """Arguments of the direct dynamic model that are refused, by the message."""
 OTHERS = {
