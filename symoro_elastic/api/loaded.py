@@ -34,11 +34,11 @@ OPTIMISED = ("-O2", "-ffp-contract=off")
 class LoadedModel(Shown):
     """Functions of a machine, such as `direct_dynamics(q, qd, tau)`, with the data of its generated package.
 
-    `JOINTS`, `ELASTIC`, `PARAMETERS`, `DEFAULTS`, `FRAMES` ... are those of the generated numpy package, whose docstrings
-    give arguments, results, shapes and units. `MOTORS` are the entries of q that tau acts on; where motors are on joints
-    that follow from loops there are `MOTOR_NAMES` instead. Leading axes broadcast; p defaults to the machine's values,
-    others are `parameters(name=value)`. `trace(model, functions, q, ...)` runs the lines of a model on numbers of any
-    library.
+    `JOINTS`, `ELASTIC`, `PARAMETERS`, `DEFAULTS`, `FRAMES` ... are those of the generated numpy package, whose
+    docstrings give arguments, results, shapes and units. `MOTORS` are the entries of q that tau acts on; where motors
+    are on joints that follow from loops there are `MOTOR_NAMES` instead. Leading axes broadcast; p defaults to the
+    machine's values, others are `parameters(name=value)`. `trace(model, functions, q, ...)` runs the lines of a model
+    on numbers of any library.
     """
 
     def __init__(self, package: Package, module: ModuleType, functions: Functions) -> None:

@@ -209,5 +209,5 @@ def test_motors_on_joints_that_follow_from_loops_have_names_only() -> None:
 
 
 def test_array_libraries_are_given_as_modules() -> None:
-    with pytest.raises(se.InputError, match="there is no 'torch': choose from numpy, .*, or give the module"):
+    with pytest.raises(se.InputError, match=r"there is no 'torch': choose from numpy, .*, or give the module"):
         se.load({"name": "m", "joints": []}, backend="torch")
