@@ -37,7 +37,7 @@ def checked_grouping(machine: Machine) -> tuple[Grouping, CrossCheck]:
 def grouping_by_rank(machine: Machine) -> Grouping:
     """The grouping of which there are as many base parameters as the rank of the regressor; raises `InputError`."""
     grouping, check = checked_grouping(machine)
-    if (check.doubt and check.rank != grouping.count) or check.refused:
+    if check.refused or check.rank not in (None, grouping.count):
         raise machine.error("base_parameters", check.message.removesuffix(UNTIL_THEN))
     return grouping
 
@@ -84,12 +84,15 @@ def base_parameters(machine: Machine) -> BaseParameters:
     parts = {name: text for name, text in formulas.items() if name in grouping.composites}
     own = {name: text for name, text in formulas.items() if name not in parts}
     zero = [] if check.refused else grouping.zero
-    return BaseParameters(own, parts, zero, check.message, check.conditioning.condition, conditioning_text(check))
+    condition = check.conditioning.condition if check.conditioning else None
+    return BaseParameters(own, parts, zero, check.message, condition, conditioning_text(check))
 
 
 def conditioning_text(check: CrossCheck) -> str:
     """Conditioning of the base regressor at random states, and the parameters hardest to identify."""
     found = check.conditioning
+    if found is None:
+        return "no condition number of the base regressor: it is computed where the rank is"
     if not found.distinct:
         return "no base inertial parameter to identify"
     weakest = ", ".join(f"{name} ({part:.2g})" for name, part in list(found.distinct.items())[:5])

@@ -17,6 +17,9 @@ from symoro_elastic.pages.drawing.motions import Played
 from symoro_elastic.pages.drawing.placements import Placements, placements_of
 from symoro_elastic.pages.drawing.vibrations import ModeSet, mode_sets
 
+MOST_IN_MODES = 100
+"""Joint variables of a machine whose modes are shown: those of 300 take minutes and gigabytes."""
+
 
 @dataclass(frozen=True)
 class ShownMachine:
@@ -42,16 +45,27 @@ class ShownMachine:
 def shown_machine(machine: Machine, at: Mapping[str, float], motions: Sequence[Played] = ()) -> ShownMachine:
     """Return what is shown of a machine, restricted to a scene, with motors at positions, rad or m.
 
-    It stands in equilibrium there; where none is found, or values are missing, springs are neutral and a remark says
-    why. Raises `InputError` for positions of joints that do not move by themselves, and loops that do not close.
+    It stands in equilibrium there; where none is found, values are missing, or it is too large, springs are neutral
+    and a remark says why. Raises `InputError` for positions of joints that do not move by themselves, and loops that do
+    not close.
     """
     placements = placements_of(machine)
     q = placements.position(at)
+    if len(machine.independent) > MOST_IN_MODES:
+        return ShownMachine(placements, q, (), motions, _too_large(machine))
     try:
         q, sets = _vibrating(machine, at)
     except InputError as error:
         return ShownMachine(placements, q, (), motions, (f"no modes: {error.place}: {error.what}",))
     return ShownMachine(placements, q, sets, motions)
+
+
+def _too_large(machine: Machine) -> tuple[str, ...]:
+    """A line for a large machine that could have modes."""
+    count = len(machine.independent)
+    if set(machine.independent) <= set(machine.motors):
+        return ()
+    return (f"no modes, springs neutral: it has {count} joint variables, and modes are shown up to {MOST_IN_MODES}",)
 
 
 def _vibrating(machine: Machine, at: Mapping[str, float]) -> tuple[Array, list[ModeSet]]:
