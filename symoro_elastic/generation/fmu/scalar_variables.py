@@ -13,6 +13,8 @@ from symoro_elastic.machine.machine import Joint
 from symoro_elastic.quantities.units import in_base_units
 
 WRENCH = (("fx", "N"), ("fy", "N"), ("fz", "N"), ("mx", "N m"), ("my", "N m"), ("mz", "N m"))
+IDLE = "in no equation of this machine: nothing depends on it"
+"""Said of a parameter of a body whose inertia does not act there, as that about axes that it never turns about."""
 NOT_NEGATIVE = ("mass", "stiffness")
 """Quantities whose variables have a least value."""
 DIGITS = 2
@@ -160,12 +162,14 @@ def _output(one: Output) -> Variable:
 def _parameters(programs: Programs) -> Iterator[Variable]:
     taken = {"time"}
     units = {parameter.name: parameter.unit for parameter in programs.machine.parameters}
+    used = frozenset[str]().union(*(one.program.used for one in programs.models))
     for one in programs.package.parameters:
         cell = programs.cells.get(one.name, NamedCell(one.name, f"parameter {one.name}"))
         name = f"parameter.{cell.name}" if cell.name in taken else cell.name
         unit = _unit(units.get(one.name, ""))
         least = "0.0" if cell.quantity in NOT_NEGATIVE and one.value >= 0 else None
-        yield Variable(name, 0, unit, cell.meaning, "parameter", "tunable", "exact", _number(one.value), minimum=least)
+        meaning = cell.meaning if one.name in used else f"{cell.meaning} ({IDLE})"
+        yield Variable(name, 0, unit, meaning, "parameter", "tunable", "exact", _number(one.value), minimum=least)
 
 
 def _unit(text: str) -> str:

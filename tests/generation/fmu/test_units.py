@@ -9,6 +9,7 @@ import subprocess
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ import symoro_elastic as se
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.fmu import Options
 from symoro_elastic.generation.fmu.mock_up_unit import MockUpUnit, unit_of
+from symoro_elastic.generation.fmu.scalar_variables import IDLE, layout_of
 from symoro_elastic.generation.fmu.start import start_of
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
@@ -275,3 +277,15 @@ def test_the_command_names_what_has_no_meaning(tmp_path: Path) -> None:
     ):
         assert said in refused("generate", TWO_R, *options, "--out", tmp_path / "other")
     assert not (tmp_path / "other").exists()
+
+
+def test_parameters_in_no_equation_say_so() -> None:
+    """A body that turns about one axis has six moments in its table, one in the equations."""
+    joint = {"name": "arm", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"}
+    body = {"mass": 2, "center_of_mass": [0.3, 0, 0], "inertia": [0.1, 0.2, 0.3]}
+    machine = se.read({"name": "swing", "gravity": [0, -9.81, 0], "joints": [joint], "bodies": {"arm": body}})
+    with mock.patch("symoro_elastic.generation.fmu.mock_up_unit.shared_library", return_value=None):
+        programs = unit_of(machine, Scene(), Options()).programs
+    variables = [one for block in layout_of(programs, start_of(machine, {})).blocks for one in block.variables]
+    idle = {one.name for one in variables if one.description.endswith(f"({IDLE})")}
+    assert "arm.XX" in idle and "arm.YY" in idle and "arm.ZZ" not in idle and "arm.mass" not in idle
