@@ -76,8 +76,8 @@ def _of_rows(robot: Any, title: str) -> Description:
         row, remark = _row_of(link, f"joint{k}", title)
         rows.append(row)
         remarks += [remark] if remark else []
-    ends = (_placement(getattr(robot, end, None), title, end) for end in (BASE, TOOL))
-    described = describe_links(name_of(title), rows, *ends, gravity=_gravity(robot, title))
+    base, tool = (_placement(getattr(robot, end, None), title, end) for end in (BASE, TOOL))
+    described = describe_links(name_of(title), rows, base, tool, _gravity(robot, title))
     return replace(described, remarks=tuple(remarks))
 
 

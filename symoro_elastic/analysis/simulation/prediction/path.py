@@ -226,7 +226,7 @@ def _laws(motion: EquationsOfMotion, start: Array, v: Array) -> tuple[Array, Arr
     numbers = np.array([[cell.value(motion.parameters) for cell in row] for row in cells], dtype=float)
     stiffness, damping, neutral, viscous, coulomb, creep = numbers.T
     speed = np.hypot(v, np.where(creep > 0, creep, 1.0))
-    slope: Array = friction_slope(viscous, np.where(creep > 0, coulomb, 0.0), creep, speed)
+    slope: Any = friction_slope(viscous, np.where(creep > 0, coulomb, 0.0), creep, speed)
     return stiffness.copy(), damping + slope, stiffness * (start - neutral)
 
 
