@@ -88,8 +88,7 @@ class RequestedPart:
     """A requested joint or frame: its name, a point of its body, the frame it is seen from.
 
     Written "tool", "tool at (0.1, 0, L2)", "tool in bed_x", "tool at (0.1, 0, L2) in base"; `FrameNames` reads the
-    names. The
-    point has three coordinates in the frame's own axes, m, numbers or formulas of parameters.
+    names. The point has three coordinates in the frame's own axes, m, numbers or formulas of parameters.
     Of inverse kinematic models, "tool.x" or "tool.rz at (0.1, 0, L2) in base" asks for one component of the twist.
     Of derivatives, "by M1, K2" asks for the columns that belong to these names; "tool by M1" for a
     row and a column.
