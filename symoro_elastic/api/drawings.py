@@ -16,6 +16,7 @@ from symoro_elastic.api.rows import MachineLike, SceneLike, Values
 from symoro_elastic.api.scenes import SceneRequest, motions_of_scene
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import PAGES, form_of
 from symoro_elastic.foundation.output_files import permission, write_text
 from symoro_elastic.foundation.progress import Announce, Progress
 from symoro_elastic.foundation.results import Shown
@@ -90,8 +91,7 @@ class MachinePage(Shown):
 
     def write(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the page as .html, and return its path; raises `InputError`."""
-        if Path(path).suffix not in (".html", ".htm"):
-            raise InputError("symoro-elastic", "path", f"{str(path)!r} is not a page: end the name with .html")
+        form_of(path, PAGES, "path")
         with permission(force=force):
             write_text(self.html, path)
         return Path(path)

@@ -22,13 +22,14 @@ class Kind:
 
     `parse(text, option)` reads it from the command line, from all texts given where there are `many`; without it the
     text is the value. `read(table, key)` reads it from a TOML file; without it no file holds it. `shape` is what it is
-    in Python.
+    in Python. `forms` are the suffixes of files that are written.
     """
 
     parse: Callable[[Any, str], Any] | None = None
     read: Callable[[Table, str], Any] | None = None
     many: bool = False
     shape: str = ""
+    forms: Sequence[str] = ()
 
 
 def number(text: str) -> float:
@@ -250,6 +251,11 @@ def _by_name(read: Callable[[Table, str], Any]) -> Callable[[Table, str], dict[s
     return lambda table, key: {name: read(table.table(key), name) for name in table.table(key).entries}
 
 
+def output_file(*forms: str) -> Kind:
+    """Return the kind of files that are written, in the format that the suffix says."""
+    return Kind(shape="file", forms=forms)
+
+
 FLAG = Kind(read=lambda table, key: table.truth(key), shape="truth value")
 TEXT = Kind(read=lambda table, key: table.text(key), shape="text")
 TEXTS = Kind(read=lambda table, key: table.texts(key), many=True, shape="list of texts")
@@ -270,4 +276,4 @@ GRID = Kind(grid, many=True, shape="lists of numbers by name")
 BAND = Kind(band, shape="(low, high, count)")
 REQUESTS = Kind(requested_outputs, many=True, shape="lists of texts by name")
 SCENE = Kind(shape="file, tables, or `Scene`")
-INPUT_FILE, OUTPUT_FILE, OUTPUT_FOLDER = Kind(shape="file"), Kind(shape="file"), Kind(shape="folder")
+INPUT_FILE, OUTPUT_FOLDER = Kind(shape="file"), Kind(shape="folder")

@@ -22,6 +22,7 @@ from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, TARGET_NAMES, T
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
 from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.file_forms import EQUATIONS, form_of
 from symoro_elastic.foundation.output_files import permission, write_text
 from symoro_elastic.foundation.results import Shown, inline_page
 from symoro_elastic.generation import fmu, pipeline
@@ -173,13 +174,11 @@ class Equations(Shown):
         """Write a .tex, .html or .pdf file (by LaTeX), and return its path; raises `InputError`."""
         from symoro_elastic.pages.equations.pdf import pdf
 
-        file = Path(path)
-        if file.suffix not in {".tex", ".html", ".pdf"}:
-            raise InputError(str(path), "path", "equations are written as .tex, .html or .pdf")
+        file, form = Path(path), EQUATIONS[form_of(path, EQUATIONS, "path")]
         with permission(force=force):
-            if file.suffix == ".pdf":
+            if form == "pdf":
                 return pdf(self.latex, file)
-            write_text(self.html if file.suffix == ".html" else self.latex, file)
+            write_text(self.html if form == "html" else self.latex, file)
         return file
 
 

@@ -11,7 +11,8 @@ from symoro_elastic.api.motions import ladder
 from symoro_elastic.api.options import Reporting
 from symoro_elastic.api.rows import MachineLike
 from symoro_elastic.api.scenes import SceneRequest
-from symoro_elastic.foundation.output_files import permission, write_all
+from symoro_elastic.foundation.file_forms import PAGES
+from symoro_elastic.foundation.output_files import permission, write_all, write_text
 from symoro_elastic.foundation.results import Shown, inline_page
 from symoro_elastic.machine.restrict import restrict
 
@@ -33,12 +34,18 @@ class Report(Shown):
         return inline_page(self.html)
 
     def write(self, folder: str | Path, *, force: bool = False) -> Path:
-        """Write the page to a folder as <machine name>.html, and return its path; raises `InputError`."""
+        """Write the page to a .html file, or to a folder as <machine name>.html, and return its path.
+
+        Raises `InputError`.
+        """
         with permission(force=force):
             return self.save(folder)
 
     def save(self, folder: str | Path) -> Path:
         """Write the page as `write` does, where files may be replaced as the command line says."""
+        if Path(folder).suffix.lower() in PAGES:
+            write_text(self.html, folder, "--out")
+            return Path(folder)
         return write_all({f"{self.name}.html": self.html.encode("utf-8")}, Path(folder), "--out")[0]
 
 

@@ -23,6 +23,7 @@ from symoro_elastic.cli.output import (
 )
 from symoro_elastic.cli.reading import note, read, scene_of
 from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.file_forms import EQUATIONS, form_of
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
@@ -146,8 +147,24 @@ def _check_by_itself(machine: Machine, scene: Scene, seed: int, as_json: bool) -
 class Document(Options):
     """How equations are written, and to which file."""
 
-    format: str = option("latex", "NAME", "Format: {names}.", names=lambda: DOCUMENTS)
-    out: str | None = option(None, "FILE", "File to write (default: standard output).", kinds.OUTPUT_FILE)
+    format: str | None = option(
+        None, "NAME", "Format: {names} (default: that of the suffix of --out, else latex).", names=lambda: DOCUMENTS
+    )
+    out: str | None = option(
+        None, "FILE", "File to write: .tex, .html or .pdf (default: standard output).", kinds.output_file(*EQUATIONS)
+    )
+
+    def __post_init__(self) -> None:
+        if self.format is not None:
+            among((self.format,), DOCUMENTS, "--format")
+        if self.format and self.out and self.form != self.format:
+            what = f"{self.out} is not a file of {self.format}: leave --format out, or end the name otherwise"
+            raise InputError("symoro-elastic", "--format", what)
+
+    @property
+    def form(self) -> str:
+        """The format: that of the file, of --format, or LaTeX."""
+        return EQUATIONS[form_of(self.out, EQUATIONS, "--out")] if self.out else self.format or "latex"
 
 
 @click.command()
@@ -163,21 +180,20 @@ def equations(machine: str, options: Writing, document: Document) -> None:
     from symoro_elastic.api import models as api
     from symoro_elastic.pages.equations.pdf import find_engine, pdf
 
-    among((document.format,), DOCUMENTS, "--format")
-    if document.format == "pdf":
+    if document.form == "pdf":
         find_engine(machine)
     with steps() as announce:
         whole = read(machine, announce=announce)
         scene_of(whole, options)
         written = call(api.equations, whole, options, announce=announce)
         announce("render")
-        text, out = written.html if document.format == "html" else written.latex, document.out
-        if document.format == "pdf":
+        text, out = written.html if document.form == "html" else written.latex, document.out
+        if document.form == "pdf":
             announce("compile")
             out = str(pdf(text, Path(out or f"{whole.name}_{written.model}.pdf")))
     if out is None:
         click.echo(text, nl=False)
         return
-    if document.format != "pdf":
+    if document.form != "pdf":
         write_text(text, out)
     click.echo(f"wrote {out}", err=True)

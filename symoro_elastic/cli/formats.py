@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from symoro_elastic.cli.options import OutputFile, completed_from, writes
+from symoro_elastic.cli.options import Command, OutputFile, completed_from, writes
 from symoro_elastic.cli.output import write_text
 from symoro_elastic.foundation.errors import among
+from symoro_elastic.foundation.file_forms import MARKDOWN, SCENES, SCHEMAS
 
-OUT = click.option("--out", metavar="FILE", type=OutputFile(), help="File to write (default: standard output).")
+
+def _out(*forms: str) -> Callable[[Command], Command]:
+    what = f"File to write: {', '.join(forms)} (default: standard output)."
+    return click.option("--out", metavar="FILE", type=OutputFile(forms), help=what)
 
 
 class MachineFile(OutputFile):
     """A machine file to write: `mine` stands for mine.toml."""
+
+    def __init__(self) -> None:
+        super().__init__(SCENES)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the path with its suffix."""
@@ -58,7 +66,7 @@ def new(name: str, kind: str) -> None:
 
 
 @click.command()
-@OUT
+@_out(*MARKDOWN)
 @writes
 def formats(out: str | None) -> None:
     """Print the reference of all file formats.
@@ -74,7 +82,7 @@ def formats(out: str | None) -> None:
 @click.argument(
     "file", metavar="[machine|scene]", default="machine", shell_complete=completed_from(lambda: ("machine", "scene"))
 )
-@OUT
+@_out(*SCHEMAS)
 @writes
 def schema(file: str, out: str | None) -> None:
     """Print the JSON Schema of machine or scene files.

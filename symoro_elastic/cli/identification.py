@@ -6,14 +6,28 @@ import click
 
 from symoro_elastic.api.options import Exciting, Identifying
 from symoro_elastic.api.rows import WRITABLE
-from symoro_elastic.cli.options import JSON, MACHINE, InputFile, OutputFile, Plots, call, draws, takes, writes
+from symoro_elastic.cli.options import (
+    JSON,
+    MACHINE,
+    InputFile,
+    OutputFile,
+    OutputMachine,
+    Plots,
+    call,
+    draws,
+    takes,
+    writes,
+)
 from symoro_elastic.cli.output import print_result, progress_bar, steps
 from symoro_elastic.cli.reading import read
+from symoro_elastic.foundation.file_forms import COLUMNS
 
 
 @click.command()
 @MACHINE
-@click.option("--out", required=True, metavar="FILE", type=OutputFile(), help="Save the trajectory: .csv or .npz.")
+@click.option(
+    "--out", required=True, metavar="FILE", type=OutputFile(COLUMNS), help="Save the trajectory: .csv or .npz."
+)
 @takes(Exciting)
 @draws
 @writes
@@ -26,10 +40,8 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
     zero.
     """
     from symoro_elastic.analysis.identification.trajectory import save
-    from symoro_elastic.analysis.time_series.writing import refuse_file
     from symoro_elastic.api import measured
 
-    refuse_file(out)
     of_file = read(machine)
     with progress_bar("search") as progress:
         excited = call(measured.excite, of_file, options, progress=progress)
@@ -45,7 +57,7 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
 @click.argument("records", metavar="DATA...", nargs=-1, required=True, type=InputFile())
 @takes(Identifying)
 @click.option(
-    "--save", metavar="FILE", type=OutputFile(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
+    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
 )
 @draws
 @writes
@@ -57,10 +69,7 @@ def identify(machine: str, options: Identifying, save: str | None, plots: Plots,
     """
     from symoro_elastic.api import measured
     from symoro_elastic.formats import write_machine
-    from symoro_elastic.formats.reading import refuse_unwritable
 
-    if save:
-        refuse_unwritable(save)
     of_file = read(machine)
     with steps() as step:
         identified = call(measured.identify, of_file, options, announce=step)

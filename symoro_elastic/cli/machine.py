@@ -9,9 +9,10 @@ import click
 
 from symoro_elastic.api.options import Drawing, Reading
 from symoro_elastic.api.rows import WRITABLE
-from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, takes, writes
+from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, OutputMachine, takes, writes
 from symoro_elastic.cli.output import line_width, print_json, print_table
 from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.foundation.file_forms import PICTURES
 
 if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
@@ -24,7 +25,10 @@ if TYPE_CHECKING:
 @MACHINE
 @takes(Drawing)
 @click.option(
-    "--picture", metavar="FILE", type=OutputFile(), help="Draw the machine at that position: .svg, .png or .pdf."
+    "--picture",
+    metavar="FILE",
+    type=OutputFile(PICTURES),
+    help="Draw the machine at that position: .svg, .png or .pdf.",
 )
 @writes
 @JSON
@@ -62,10 +66,9 @@ def show(machine: str, options: Drawing, picture: str | None, as_json: bool) -> 
 
 def _draw(machine: Machine, positions: Mapping[str, float], path: str, as_json: bool) -> None:
     """Write the picture of a machine at a position, and name it; on stderr beside JSON."""
-    from symoro_elastic.pages.drawing.picture_files import refuse_picture, write_picture
+    from symoro_elastic.pages.drawing.picture_files import write_picture
     from symoro_elastic.pages.drawing.svg import machine_picture
 
-    refuse_picture(path, "--picture")
     picture = machine_picture(machine, positions)
     for remark in picture.figure.remarks:
         note(remark)
@@ -133,7 +136,7 @@ FILE ends in {" or ".join(WRITABLE)}. Robots in URDF get a table of geometric pa
 
 @click.command(help=CONVERT)
 @MACHINE
-@click.argument("file", metavar="FILE", type=OutputFile())
+@click.argument("file", metavar="FILE", type=OutputMachine())
 @takes(Reading, "reading", "base", "snap", "elastic")
 @writes
 def convert(machine: str, file: str, reading: Reading) -> None:

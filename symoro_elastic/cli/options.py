@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import wraps
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import Option, Options, option, options
+from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.output import print_written
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import PAGES, form_of
 
 if TYPE_CHECKING:
     from symoro_elastic.foundation.pictures import Figures
@@ -20,18 +23,73 @@ if TYPE_CHECKING:
 Command = Callable[..., Any]
 Completion = Callable[[click.Context, click.Parameter, str], list[str]]
 R = TypeVar("R")
+K = TypeVar("K", bound=click.Path)
 
 
 class InputFile(click.Path):
     """A file that the command reads, so that it does not write it."""
 
 
-class OutputFile(click.Path):
-    """A file that the command writes."""
+class Output(click.Path):
+    """A path that the command writes to."""
+
+    def refuse(self, path: str, place: str) -> None:
+        """Raise `InputError` for a path that the command does not write to, before its work."""
+        raise NotImplementedError
 
 
-class OutputFolder(click.Path):
+class OutputFile(Output):
+    """A file that the command writes, in the format that its suffix says, one of `forms`."""
+
+    def __init__(self, forms: Sequence[str]) -> None:
+        super().__init__()
+        self.forms = forms
+
+    def refuse(self, path: str, place: str) -> None:
+        """Raise `InputError` for a file that is not written, and for one whose format is not possible."""
+        from symoro_elastic.foundation.output_files import refuse_file
+
+        refuse_file(path, place)
+        form_of(path, self.forms, place)
+
+
+class OutputMachine(OutputFile):
+    """A machine file that the command writes."""
+
+    def __init__(self) -> None:
+        super().__init__(WRITABLE)
+
+    def refuse(self, path: str, place: str) -> None:
+        """Raise `InputError` for a path that no machine is written to; formats that are only read say so."""
+        from symoro_elastic.formats.reading import refuse_unwritable
+        from symoro_elastic.foundation.output_files import refuse_file
+
+        refuse_file(path, place)
+        refuse_unwritable(path, place)
+
+
+class OutputFolder(Output):
     """A folder that the command writes files to."""
+
+    def refuse(self, path: str, place: str) -> None:
+        """Raise `InputError` for a folder that the command does not write to."""
+        from symoro_elastic.foundation.output_files import refuse_folder
+
+        refuse_folder(path, place)
+
+
+class OutputPage(OutputFile):
+    """A page that the command writes, or the folder in which it has the name of the machine."""
+
+    def __init__(self) -> None:
+        super().__init__(PAGES)
+
+    def refuse(self, path: str, place: str) -> None:
+        """Raise `InputError` for a page, or for a folder, that is not written."""
+        if PurePath(path).suffix.lower() in PAGES:
+            super().refuse(path, place)
+        else:
+            OutputFolder().refuse(path, place)
 
 
 class _AsInFiles(click.ParamType):  # type: ignore[type-arg]
@@ -65,18 +123,15 @@ class WholeRange(_AsInFiles, click.IntRange):
     """A whole number within a range."""
 
 
-FILES = {
-    kinds.SCENE: InputFile,
-    kinds.INPUT_FILE: InputFile,
-    kinds.OUTPUT_FILE: OutputFile,
-    kinds.OUTPUT_FOLDER: OutputFolder,
-}
+FILES = {kinds.SCENE: InputFile, kinds.INPUT_FILE: InputFile, kinds.OUTPUT_FOLDER: OutputFolder}
 
 
 def _type(row: Option) -> click.ParamType | None:  # type: ignore[type-arg]
     """Return the type of an option, None for texts."""
     if row.kind in FILES:
         return FILES[row.kind]()
+    if row.kind.forms:
+        return OutputFile(row.kind.forms)
     low, is_open = (row.least, False) if row.above is None else (row.above, True)
     is_bounded = low is not None or row.most is not None
     if row.kind is kinds.WHOLE:
@@ -183,26 +238,24 @@ def writes(command: Command) -> Command:
     @FORCE
     @wraps(command)
     def called(force: bool, **given: Any) -> Any:
-        from symoro_elastic.foundation.output_files import permission, refuse_file, refuse_folder
+        from symoro_elastic.foundation.output_files import permission
 
-        with permission([path for _, path in _paths(InputFile)], force):
-            for place, path in _paths(OutputFile):
-                refuse_file(path, place)
-            for place, path in _paths(OutputFolder):
-                refuse_folder(path, place)
+        with permission([path for _, path, _ in _paths(InputFile)], force):
+            for place, path, kind in _paths(Output):
+                kind.refuse(path, place)
             return command(**given)
 
     return called
 
 
-def _paths(kind: type[click.Path]) -> Iterator[tuple[str, str]]:
-    """Name of the option or argument, and path, of all paths of a kind that the command line gives."""
+def _paths(kind: type[K]) -> Iterator[tuple[str, str, K]]:
+    """Name of the option or argument, path, and type, of all paths of a kind that the command line gives."""
     context = click.get_current_context()
     for parameter in context.command.params:
         given = context.params.get(str(parameter.name))
         if isinstance(parameter.type, kind) and given is not None:
             place = parameter.opts[0] if isinstance(parameter, click.Option) else parameter.make_metavar(context)
-            yield from ((place, path) for path in ([given] if isinstance(given, str) else given))
+            yield from ((place, path, parameter.type) for path in ([given] if isinstance(given, str) else given))
 
 
 def _picture_formats() -> Iterable[str]:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from symoro_elastic.api.options import Reporting, Viewing
-from symoro_elastic.cli.options import MACHINE, OutputFile, OutputFolder, call, takes, writes
+from symoro_elastic.cli.options import MACHINE, OutputFile, OutputPage, call, takes, writes
 from symoro_elastic.cli.output import staged_progress
 from symoro_elastic.cli.reading import note, read, scene_of
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import PAGES
 
 
 @click.command()
 @MACHINE
-@click.option("--out", metavar="FILE", type=OutputFile(), required=True, help="Page to write: .html.")
+@click.option("--out", metavar="FILE", type=OutputFile(PAGES), required=True, help="Page to write: .html.")
 @takes(Viewing)
 @writes
 def view(machine: str, out: str, options: Viewing) -> None:
@@ -28,8 +26,6 @@ def view(machine: str, out: str, options: Viewing) -> None:
     from symoro_elastic.foundation.output_files import write_text
 
     whole = read(machine)
-    if Path(out).suffix not in (".html", ".htm"):
-        raise InputError("symoro-elastic", "--out", f"{out!r} is not a page: end the name with .html")
     scene_of(whole, options.scene)
     with staged_progress("predict") as (announce, progress):
         page = call(api.view, whole, options, announce=announce, progress=progress)
@@ -42,7 +38,9 @@ def view(machine: str, out: str, options: Viewing) -> None:
 
 @click.command()
 @MACHINE
-@click.option("--out", metavar="FOLDER", type=OutputFolder(), required=True, help="Folder of the page.")
+@click.option(
+    "--out", metavar="PATH", type=OutputPage(), required=True, help="Page to write: .html; or the folder of the page."
+)
 @takes(Reporting)
 @writes
 def report(machine: str, out: str, options: Reporting) -> None:
@@ -53,8 +51,6 @@ def report(machine: str, out: str, options: Reporting) -> None:
     """
     from symoro_elastic.api import pages
 
-    if Path(out).suffix == ".html":
-        raise InputError("symoro-elastic", "--out", f"give the folder of the page, not the file {out!r}")
     whole = read(machine)
     scene_of(whole, options.scene)
     with staged_progress("machine") as (announce, progress):

@@ -17,6 +17,7 @@ from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, d
 from symoro_elastic.cli.output import print_json, print_parts, print_table, staged_progress, write_text
 from symoro_elastic.cli.reading import note, read, scene_of
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import COLUMNS, SCENES
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.ladder.rung import Ladder
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 @click.option(
     "--out",
     metavar="FILE",
-    type=OutputFile(),
+    type=OutputFile(COLUMNS),
     help="Save t, q_, qd_, qdd_, tau_ as identify and compare read them: .csv or .npz; numbered for several motions.",
 )
 @draws
@@ -133,7 +134,7 @@ class ReducedScene(Options):
     """Where the scene of the chosen rung is saved."""
 
     save: str | None = option(
-        None, "FILE", "Save the scene of the chosen rung: .toml.", kinds.OUTPUT_FILE, formerly=("--out",)
+        None, "FILE", "Save the scene of the chosen rung: .toml.", kinds.output_file(*SCENES), formerly=("--out",)
     )
 
 

@@ -14,6 +14,7 @@ from symoro_elastic.api.options import Sweeping
 from symoro_elastic.cli.options import JSON, MACHINE, InputFile, OutputFile, Plots, draws, takes, writes
 from symoro_elastic.cli.output import counted_ahead, print_result
 from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.foundation.file_forms import SWEEPS
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.sweeps.sweep import Sweep
@@ -29,7 +30,7 @@ JOURNAL = ".journal"
 @click.option(
     "--out",
     metavar="FILE",
-    type=OutputFile(),
+    type=OutputFile(SWEEPS),
     help="Save all points: .csv, .nc (NetCDF) or .npz. Until the end FILE.journal keeps them: an interrupted sweep "
     "goes on from there.",
 )

@@ -13,12 +13,15 @@ from symoro_elastic.api.options import Comparing, Following, Linearizing, Oscill
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_result, progress_bar, save_arrays, steps
 from symoro_elastic.cli.reading import read, scene_of
+from symoro_elastic.foundation import file_forms
 
 
 @click.command()
 @MACHINE
 @takes(Linearizing)
-@click.option("--out", metavar="FILE", type=OutputFile(), help="Save the matrices: .npz, .mat or .m.")
+@click.option(
+    "--out", metavar="FILE", type=OutputFile(file_forms.LINEARIZATIONS), help="Save the matrices: .npz, .mat or .m."
+)
 @writes
 @JSON
 def linearize(machine: str, options: Linearizing, out: str | None, as_json: bool) -> None:
@@ -56,7 +59,7 @@ class Path(Options):
 @MACHINE
 @takes(Path, "path")
 @takes(Oscillating)
-@click.option("--out", metavar="FILE", type=OutputFile(), help="Save the modes: .npz or .mat.")
+@click.option("--out", metavar="FILE", type=OutputFile(file_forms.MODES), help="Save the modes: .npz or .mat.")
 @draws
 @writes
 @JSON
@@ -65,11 +68,8 @@ def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots
 
     Names the springs and the bodies that store the energy of each mode.
     """
-    from symoro_elastic.analysis.vibration.export import refuse_file
     from symoro_elastic.api import vibrations
 
-    if out:
-        refuse_file(out)
     whole = read(machine)
     scene_of(whole, options.scene)
     with progress_bar("modes") as progress:
@@ -83,7 +83,9 @@ def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots
 @click.command()
 @MACHINE
 @takes(Responding)
-@click.option("--out", metavar="FILE", type=OutputFile(), help="Save the response: .csv, .npz or .mat.")
+@click.option(
+    "--out", metavar="FILE", type=OutputFile(file_forms.RESPONSES), help="Save the response: .csv, .npz or .mat."
+)
 @draws
 @writes
 @JSON
@@ -95,8 +97,6 @@ def response(machine: str, options: Responding, out: str | None, plots: Plots, a
     from symoro_elastic.analysis.vibration import export
     from symoro_elastic.api import vibrations
 
-    if out:
-        export.refuse_file(out, export.RESPONSE_FILES)
     with steps() as step:
         step("response")
         whole = read(machine)
@@ -134,7 +134,12 @@ def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> No
 @click.command("feed-forward")
 @MACHINE
 @takes(Following)
-@click.option("--out", metavar="FILE", type=OutputFile(), help="Save torques and motion of all joints: .csv or .npz.")
+@click.option(
+    "--out",
+    metavar="FILE",
+    type=OutputFile(file_forms.COLUMNS),
+    help="Save torques and motion of all joints: .csv or .npz.",
+)
 @draws
 @writes
 @JSON
@@ -147,13 +152,9 @@ def feed_forward(machine: str, options: Following, out: str | None, plots: Plots
     Springs that are not behind a motor on its axis are left out; the command prints the resulting error.
     Where motors follow from loops, as in a delta, the trajectory is that of the independent joints (y_<joint>).
     """
-    from symoro_elastic.analysis.time_series.writing import CSV, NPZ
-    from symoro_elastic.analysis.vibration import export
     from symoro_elastic.analysis.vibration.feed_forward import save_feed_forward
     from symoro_elastic.api import vibrations
 
-    if out:
-        export.refuse_file(out, (CSV, NPZ))
     whole = read(machine)
     scene_of(whole, options.scene)
     with steps() as step:

@@ -61,16 +61,16 @@ def write_machine(machine: Machine, path: str | Path) -> None:
     write_text(form.write(machine), path)
 
 
-def refuse_unwritable(path: str | Path) -> Format:
+def refuse_unwritable(path: str | Path, place: str = "file") -> Format:
     """Return the format of a file that machines can be written to; raises `InputError` for others."""
-    form = format_of(path, FORMATS)
+    form = format_of(path, FORMATS, place)
     if form.write is None:
         writable = in_words(suffixes(written=True))
-        raise InputError(str(path), "file", f"{form.title} files can be read, but not written: use {writable}")
+        raise InputError(str(path), place, f"{form.title} files can be read, but not written: use {writable}")
     return form
 
 
-def format_of(path: str | Path, formats: Iterable[Format]) -> Format:
+def format_of(path: str | Path, formats: Iterable[Format], place: str = "file") -> Format:
     """The format with the suffix of a file; raises `InputError` for an unknown suffix."""
     suffix = Path(path).suffix.lower()
     for form in formats:
@@ -78,4 +78,4 @@ def format_of(path: str | Path, formats: Iterable[Format]) -> Format:
             return form
     known = in_words(suffixes([form.named for form in formats]))
     what = ADVICE.get(suffix) or f"the suffix {suffix!r} is not a machine format: use {known}"
-    raise InputError(str(path), "file", what)
+    raise InputError(str(path), place, what)

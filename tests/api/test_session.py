@@ -181,7 +181,7 @@ def test_equations_are_shown_and_written(tmp_path: Path) -> None:
     assert found._repr_html_().startswith("<iframe srcdoc=") and "<style>" not in found._repr_html_()
     assert found._repr_latex_().count(r"A_{2,2} &=") == 1
     assert found.write(tmp_path / "a.tex").read_text(encoding="utf-8") == found.latex
-    with pytest.raises(se.InputError, match=r"as \.tex, \.html or \.pdf"):
+    with pytest.raises(se.InputError, match=r"with \.tex, \.html, \.htm or \.pdf"):
         found.write(tmp_path / "a.doc")
 
 

@@ -15,7 +15,7 @@ import click
 import pytest
 
 from symoro_elastic import cli
-from symoro_elastic.cli.options import InputFile, OutputFile, OutputFolder
+from symoro_elastic.cli.options import InputFile, Output, OutputFile, OutputMachine, OutputPage
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import STAGING, permission, write_all, write_file
 from symoro_elastic.foundation.output_folder import MANIFEST, write_files
@@ -42,7 +42,9 @@ WRITING = {
     "sweep": (TWO_AXIS, "--over", "ram.k=1e6,1e7", "--out", "out.csv"),
     "feed-forward": (TWO_R, "--duration", "0.1", "--sample-rate", "50", "--out", "out.csv"),
 }
-"""Arguments with which each command that writes one file writes it; `identify --save` needs measurements first."""
+"""Arguments with which each command that writes one file writes it."""
+WRITING_LATE = {"identify": (TWO_R, "none.csv", "--save", "out.toml"), "report": (TWO_R, "--out", "out.html")}
+"""The same where that takes long, or needs measurements first."""
 
 
 @pytest.fixture(autouse=True)
@@ -57,11 +59,58 @@ def contents(folder: Path) -> dict[str, bytes]:
 def test_every_path_is_an_input_or_an_output_and_those_that_write_take_force() -> None:
     for name, command in cli.cli.commands.items():
         paths = [p.type for p in command.params if isinstance(p.type, click.Path)]
-        assert all(isinstance(kind, (InputFile, OutputFile, OutputFolder)) for kind in paths), name
-        writing = any(isinstance(kind, (OutputFile, OutputFolder)) for kind in paths)
+        assert all(isinstance(kind, (InputFile, Output)) for kind in paths), name
+        writing = any(isinstance(kind, Output) for kind in paths)
         assert any("--force" in p.opts for p in command.params) == writing, name
         one = any(isinstance(kind, OutputFile) for kind in paths)
-        assert one == (name in {*WRITING, "identify"}), name
+        assert one == (name in {*WRITING, *WRITING_LATE}), name
+
+
+def files_written() -> list[tuple[str, click.Parameter]]:
+    commands = cli.cli.commands.items()
+    return [(name, p) for name, one in commands for p in one.params if isinstance(p.type, OutputFile)]
+
+
+@pytest.mark.parametrize(("command", "parameter"), files_written(), ids=str)
+def test_the_suffix_of_a_file_says_its_format(command: str, parameter: click.Parameter, tmp_path: Path) -> None:
+    """Each file that a command writes declares its formats; others are refused before the machine is read."""
+    if command == "new":
+        return  # adds the suffix itself
+    assert isinstance(parameter.type, OutputFile) and parameter.type.forms
+    known = [*WRITING.get(command, WRITING_LATE.get(command, ()))[:-1]]
+    given = ["none.toml" if isinstance(each, Path) and each.suffix == ".toml" else each for each in known]
+    place = parameter.opts[0] if isinstance(parameter, click.Option) else str(parameter.metavar)
+    said = refused(command, *given, "out.docx")
+    if isinstance(parameter.type, OutputMachine):
+        assert said.startswith(f"out.docx: {place}: the suffix '.docx' is not a machine format")
+    elif isinstance(parameter.type, OutputPage):
+        assert "none.toml" in said  # a folder of that name
+    else:
+        assert said.startswith(f"out.docx: {place}: there is no format '.docx': end the name with ")
+        assert all(form in said for form in parameter.type.forms)
+
+
+def test_equations_are_written_in_the_format_of_the_suffix(tmp_path: Path) -> None:
+    asked = ("equations", TWO_R, "--model", "inertia_matrix")
+    for name, begins in {"a.html": "<!doctype html>", "b.HTM": "<!doctype html>", "c.tex": "\\documentclass"}.items():
+        assert run(*asked, "--out", name).exit_code == 0
+        assert (tmp_path / name).read_text().startswith(begins), name
+    assert refused(*asked, "--out", "eq.html", "--format", "latex") == (
+        "symoro-elastic: --format: eq.html is not a file of latex: leave --format out, or end the name otherwise"
+    )
+    assert (
+        refused(*asked, "--out", "eq")
+        == "eq: --out: its format is not said: end the name with .tex, .html, .htm or .pdf"
+    )
+    assert run(*asked, "--format", "html").stdout.startswith("<!doctype html>")
+
+
+@pytest.mark.thorough
+def test_a_report_is_a_page_or_a_folder(tmp_path: Path) -> None:
+    assert run("report", TWO_R, "--out", "page.html").stdout == "wrote page.html\n"
+    run("report", TWO_R, "--out", "pages")
+    assert (tmp_path / "page.html").read_bytes() == (tmp_path / "pages" / "planar_2r.html").read_bytes()
+    assert "exists already" in refused("report", TWO_R, "--out", "page.html")
 
 
 @pytest.mark.parametrize("command", WRITING)

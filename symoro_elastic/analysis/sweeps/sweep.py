@@ -18,9 +18,10 @@ import numpy as np
 
 from symoro_elastic.analysis.sweeps.design import Design
 from symoro_elastic.analysis.sweeps.tasks import Outcome
-from symoro_elastic.analysis.time_series.writing import CSV, NPZ, write_columns
+from symoro_elastic.analysis.time_series.writing import CSV, write_columns
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import SWEEPS, form_of
 from symoro_elastic.foundation.output_files import permission, write_file, write_text
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.foundation.results import Result
@@ -30,7 +31,6 @@ FEWEST = 3
 """Points of which ranks are correlated."""
 
 NETCDF = ".nc"
-FORMS = (CSV, NETCDF, NPZ)
 """Endings of files."""
 REASON = "reason"
 
@@ -129,11 +129,7 @@ def _matches(name: str, pattern: str) -> bool:
 
 def refuse_form(path: str | Path) -> None:
     """Raise `InputError` for a file whose suffix is not a known format, or whose format needs a package."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in FORMS:
-        what = f"there is no format {Path(path).suffix!r}: end the name with {', '.join(FORMS[:-1])} or {FORMS[-1]}"
-        raise InputError(str(path), "--out", what)
-    if suffix == NETCDF:
+    if form_of(path, SWEEPS, "--out") == NETCDF:
         _xarray()
 
 

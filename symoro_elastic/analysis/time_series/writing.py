@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import COLUMNS, form_of
 from symoro_elastic.foundation.output_files import refuse_file as refuse_to_write
 from symoro_elastic.foundation.output_files import write_file, write_text
 
@@ -27,9 +27,8 @@ def columns_of(t: Array, *blocks: tuple[str, Array, Sequence[str]]) -> dict[str,
 
 def refuse_file(path: str | Path) -> None:
     """Raise `InputError` for a file that `write_columns` cannot write."""
-    if Path(path).suffix.lower() not in (CSV, NPZ):
-        raise InputError(str(path), "file name", "trajectories are .csv or .npz files")
-    refuse_to_write(path)
+    form_of(path, COLUMNS, "--out")
+    refuse_to_write(path, "--out")
 
 
 def write_columns(columns: Mapping[str, Array], path: str | Path, units: Mapping[str, str] | None = None) -> None:

@@ -15,6 +15,7 @@ from symoro_elastic.analysis.time_series.writing import CSV, NPZ, write_columns
 from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.responses import Response
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import LINEARIZATIONS, MODES, form_of
 from symoro_elastic.foundation.output_files import write_file
 from symoro_elastic.foundation.packages import for_vibrations, import_optional
 
@@ -53,8 +54,6 @@ MAT_TEXT = 116
 """Bytes of free text at the head of a .mat file, where a date would stand."""
 MAT = ".mat"
 M = ".m"
-LINEARIZATION_FILES = (NPZ, MAT, M)
-RESPONSE_FILES = (CSV, NPZ, MAT)
 
 
 def save_linearization(linear: Linearization, path: str | Path) -> None:
@@ -62,8 +61,7 @@ def save_linearization(linear: Linearization, path: str | Path) -> None:
 
     Raises `InputError`.
     """
-    refuse_linearization_file(path)
-    if Path(path).suffix.lower() == M:
+    if refuse_linearization_file(path) == M:
         write_file(function_text(linear.arrays(), Path(path).stem, linear.headline).encode(), path)
     else:
         save_arrays(linear.arrays(), path)
@@ -82,26 +80,18 @@ def save_response(response: Response, path: str | Path) -> None:
     write_columns(columns, path)
 
 
-def refuse_file(path: str | Path, forms: tuple[str, ...] = (NPZ, MAT)) -> None:
-    """Raise `InputError` for a file name whose suffix is not one of `forms`."""
-    if Path(path).suffix.lower() not in forms:
-        raise InputError(
-            str(path), "--out", f"there is no format {Path(path).suffix!r}: end the name with {' or '.join(forms)}"
-        )
-
-
-def refuse_linearization_file(path: str | Path) -> None:
-    """Raise `InputError` for a file name whose ending or, of a function, whose stem is not possible."""
-    refuse_file(path, LINEARIZATION_FILES)
-    if Path(path).suffix.lower() == M:
+def refuse_linearization_file(path: str | Path) -> str:
+    """Return the suffix; raise `InputError` for one that is not possible, and for a stem that no function has."""
+    suffix = form_of(path, LINEARIZATIONS, "--out")
+    if suffix == M:
         refuse_function_file(path)
+    return suffix
 
 
 def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
     """Write arrays and lists of texts to .npz or .mat, the same bytes for the same numbers. Raises `InputError`."""
-    refuse_file(path)
     forms: dict[str, Callable[[Mapping[str, Any]], bytes]] = {NPZ: _npz, MAT: _mat}
-    write_file(forms[Path(path).suffix.lower()](arrays), path)
+    write_file(forms[form_of(path, MODES, "--out")](arrays), path)
 
 
 def control_system(linear: Linearization) -> Any:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import PurePath
 from typing import Any
 
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import PICTURES, form_of
 from symoro_elastic.foundation.output_files import write_file
 from symoro_elastic.foundation.pictures import new_figure, picture
 from symoro_elastic.pages.drawing.figure import BODY
@@ -13,23 +12,15 @@ from symoro_elastic.pages.drawing.palette import LIGHT
 from symoro_elastic.pages.drawing.projection import Drawn
 from symoro_elastic.pages.drawing.svg import Picture, svg
 
-SUFFIXES = (".svg", ".png", ".pdf")
 PIXELS = 96.0
 """In an inch."""
 CLEAR = 0.3
 """Opacity of bodies."""
 
 
-def refuse_picture(path: str, place: str) -> None:
-    """Raise `InputError` for a file that is not a picture, by its suffix."""
-    if PurePath(path).suffix.lower() not in SUFFIXES:
-        raise InputError(path, place, f"is not a picture: its name ends in one of {', '.join(SUFFIXES)}")
-
-
 def write_picture(found: Picture, path: str, place: str) -> None:
     """Write a picture as SVG, PNG or PDF, by its suffix; raises `InputError`, where matplotlib is missing too."""
-    refuse_picture(path, place)
-    form = PurePath(path).suffix.lower()[1:]
+    form = form_of(path, PICTURES, place)[1:]
     content = svg(found).encode("utf-8") if form == "svg" else picture(_plotted(found), form)
     write_file(content, path, place)
 

@@ -32,7 +32,7 @@ def test_no_minus_zero_is_written(tmp_path: Path) -> None:
     assert "-0.0" not in (tmp_path / "run.csv").read_text()
 
 
-@pytest.mark.parametrize(("name", "what"), [("run.txt", "are .csv or .npz"), ("none/run.csv", "does not exist")])
+@pytest.mark.parametrize(("name", "what"), [("run.txt", "with .csv or .npz"), ("none/run.csv", "does not exist")])
 def test_files_that_cannot_be_written_are_refused(name: str, what: str, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=what):
         refuse_file(tmp_path / name)
