@@ -6,9 +6,11 @@ import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
+from symoro_elastic.machine.format_names import is_robot
 from symoro_elastic.machine.formula import Formula, Tree
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 
+ANGLES = ("gamma", "alpha", "theta")
 ROUNDING = 1e-9
 NEARLY_A_TURN = 1e-3
 FAST = 1e4
@@ -30,24 +32,51 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
             *_gears(machine, joint, values),
         )
         lines += [f"joint {j} ({joint.name}): {line}" for line in found]
-    return [*lines, *_moving_nothing(machine, values), *_starts(machine, values)]
+    return [*lines, *_off_quarter_turns(machine, values), *_moving_nothing(machine, values), *_starts(machine, values)]
 
 
-def _angles(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
-    for key in ("gamma", "alpha", "theta"):
+def _off_quarter_turns(machine: Machine, values: Mapping[str, float]) -> Iterator[str]:
+    """One line about all angles that are nearly, but not quite, quarter turns."""
+    found = [
+        (f"joint {j} ({joint.name})", *one)
+        for j, joint in enumerate(machine.joints, start=1)
+        for one in _nearly_quarters(joint, values)
+    ]
+    if not found:
+        return
+    most = f"{max(abs(off) for _, _, off, _ in found):.2g}"
+    if is_robot(machine.source):
+        count = f"{len(found)} angles are" if len(found) > 1 else "an angle is"
+        yield f"{count} up to {most} rad off quarter turns: taken as written; convert with --snap rounds them"
+    elif len(found) == 1:
+        ((place, written, off, turn),) = found
+        yield f"{place}: {written} is {off:.2g} rad off {turn}: taken as written; write {turn} if meant"
+    else:
+        cells = ", ".join(f"{place} {written.partition(' ')[0]}" for place, written, _, _ in found)
+        what = f"taken as written; write multiples of pi/2 if meant: {cells}"
+        yield f"{len(found)} angles are up to {most} rad off quarter turns, {what}"
+
+
+def _nearly_quarters(joint: Joint, values: Mapping[str, float]) -> Iterator[tuple[str, float, str]]:
+    """Cells next to a quarter turn, with how far they are off it, and the turn."""
+    for key in ANGLES:
         formula: Formula = getattr(joint, key)
         angle = formula.known_value(values)
-        if formula.is_zero or angle is None:
-            continue
-        if abs(angle) > 2 * math.pi:
-            yield f"{key} = {formula} is {angle / (2 * math.pi):.3g} turns, as angles are in rad{_from_degrees(angle)}"
+        if formula.is_zero or angle is None or abs(angle) > 2 * math.pi:
             continue
         turns = round(angle / (math.pi / 2))
         exact = turns * math.pi / 2
         ulps = 8 if _holds_pi(formula.tree) else 1
         if ulps * math.ulp(exact) < abs(angle - exact) < NEARLY_A_TURN:
-            turn = _quarters(turns)
-            yield f"{key} = {formula} is {angle - exact:.2g} rad off {turn}: taken as written; write {turn} if meant"
+            yield f"{key} = {formula}", angle - exact, _quarters(turns)
+
+
+def _angles(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
+    for key in ANGLES:
+        formula: Formula = getattr(joint, key)
+        angle = formula.known_value(values)
+        if angle is not None and abs(angle) > 2 * math.pi:
+            yield f"{key} = {formula} is {angle / (2 * math.pi):.3g} turns, as angles are in rad{_from_degrees(angle)}"
 
 
 def _starts(machine: Machine, values: Mapping[str, float]) -> Iterator[str]:

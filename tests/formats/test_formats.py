@@ -9,6 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from symoro_elastic.cli import cli
+from symoro_elastic.cli.options import OutputFile
 from symoro_elastic.formats import FORMATS, Format, read_machine, reading, write_machine
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
@@ -55,11 +56,16 @@ COMMANDS = {
 
 def needed(command: click.Command, machine: Path) -> list[object]:
     """What a command cannot do without."""
-    words: list[object] = [machine if one.name == "machine" else "x.csv" for one in arguments(command)]
+    words: list[object] = [machine if one.name == "machine" else written(one.type) for one in arguments(command)]
     for one in command.params:
         if isinstance(one, click.Option) and one.required:
-            words += [one.opts[0], "x.csv" if isinstance(one.type, click.Path) else "1"]
+            words += [one.opts[0], written(one.type) if isinstance(one.type, click.Path) else "1"]
     return words
+
+
+def written(path: click.ParamType) -> str:  # type: ignore[type-arg]
+    """A name that the path of a command may have."""
+    return f"x{path.forms[0]}" if isinstance(path, OutputFile) else "x.csv"
 
 
 def arguments(command: click.Command) -> list[click.Argument]:
@@ -86,7 +92,7 @@ def test_convert_to_a_read_only_format_is_refused_in_one_line(arm: Path, tmp_pat
     target = tmp_path / "other.toy"
     code, out, error = run("convert", arm, target)
     assert (code, out) == (2, "") and not target.exists()
-    assert error == f"{target}: file: toy files can be read, but not written: use .toml, .par or .urdf"
+    assert error == f"{target}: FILE: toy files can be read, but not written: use .toml, .par or .urdf"
 
 
 def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
@@ -99,6 +105,7 @@ def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:
 
 def test_help_knows_every_format_and_which_are_written() -> None:
     assert tuple(form.named for form in FORMATS) == FORMAT_NAMES
+    assert [form.named for form in FORMATS if form.describe] == [form for form in FORMAT_NAMES if form.is_robot]
     assert [form.named for form in FORMATS if form.write] == [form for form in FORMAT_NAMES if form.is_written]
     assert suffixes() == tuple(suffix for form in FORMATS for suffix in form.suffixes)
     help_, converting = (" ".join(run(*words, "--help")[1].replace("-\n", "-").split()) for words in ((), ("convert",)))

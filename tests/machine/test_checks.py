@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import MOST_JOINTS, check, formulas
@@ -19,6 +21,7 @@ from symoro_elastic.machine.plausibility import _eigenvalues
 from tests.machine.samples import TOML
 from tests.references.random_machines import planar_2r
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 parse = Formula.parse
 
 
@@ -242,3 +245,23 @@ def test_units_that_nothing_converts_are_refused(unit: str) -> None:
 def test_other_units_are_text(unit: str) -> None:
     machine = planar_2r()
     check(replace(machine, parameters=tuple(replace(p, unit=unit) for p in machine.parameters)))
+
+
+def test_angles_next_to_quarter_turns_are_one_line_of_a_file(tmp_path: Path) -> None:
+    """Digits that a robot's file lacks are said once, whoever the robot is from; a table names the cells."""
+    urdf = EXAMPLES / "pendant_arm.urdf"
+    line = "3 angles are up to 4.9e-12 rad off quarter turns: taken as written; convert with --snap rounds them"
+    assert [said for said in warned(urdf) if "off" in said] == [line]
+    table = tmp_path / "arm.toml"
+    se.write(se.read(urdf, warn=lambda _: None), table)
+    cells = "joint 2 (shoulder) alpha, joint 4 (wrist) alpha, joint 6 (tool) theta"
+    what = f"taken as written; write multiples of pi/2 if meant: {cells}"
+    assert [said for said in warned(table) if "off" in said] == [
+        f"3 angles are up to 4.9e-12 rad off quarter turns, {what}"
+    ]
+
+
+def warned(path: Path) -> list[str]:
+    lines: list[str] = []
+    se.read(path, warn=lines.append)
+    return lines
