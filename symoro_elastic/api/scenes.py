@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Requested, RequestedModels
 from symoro_elastic.api.rows import MachineLike, SceneLike
 from symoro_elastic.formats.files import load_text
+from symoro_elastic.formats.kinds_of_files import FileKind, read_as
 from symoro_elastic.formats.toml.motions import motions_of, wanted_of
 from symoro_elastic.formats.toml.scenes import scene_in
 from symoro_elastic.formats.toml.tables import Table, load, table_of
@@ -90,14 +92,18 @@ def top_of(scene: str | Path | Mapping[str, Any]) -> Table:
     """Return the top table of a scene file, or of the tables given in its place."""
     if isinstance(scene, Mapping):
         return table_of(scene, "scene")
-    return load(load_text(scene), str(scene))
+    with read_as(FileKind.SCENE, scene):
+        return load(load_text(scene), str(scene))
 
 
 def given_scene(machine: DescribedMachine, scene: SceneLike) -> Scene:
     """Return the scene of a file, of tables, or of the machine."""
     if isinstance(scene, Scene):
         return scene
-    return (machine.asked.scene or Scene()) if scene is None else scene_in(top_of(scene), machine, MODELS)
+    if scene is None:
+        return machine.asked.scene or Scene()
+    with nullcontext() if isinstance(scene, Mapping) else read_as(FileKind.SCENE, scene):
+        return scene_in(top_of(scene), machine, MODELS)
 
 
 def kept_machine(machine: MachineLike, scene: SceneLike) -> DescribedMachine:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from symoro_elastic.formats.files import load_text
 from symoro_elastic.formats.format import Conversion, Format
+from symoro_elastic.formats.kinds_of_files import FileKind, read_as
 from symoro_elastic.formats.par import reading as par
 from symoro_elastic.formats.robots.robot_formats import DISTAL, MJCF, URDF
 from symoro_elastic.formats.toml import reading as toml
@@ -40,6 +41,11 @@ def read(path: str | Path, taken: Reasons = NONE, conversion: Conversion | None 
     Names of robots that generated code cannot take, or that are `taken`, are changed. Robots as links and joints may
     be converted; other machines are refused then.
     """
+    with read_as(FileKind.MACHINE, path):
+        return _read(path, taken, conversion)
+
+
+def _read(path: str | Path, taken: Reasons, conversion: Conversion | None) -> DescribedMachine:
     form = format_of(path, FORMATS)
     text = load_text(path, form.encodings)
     if form.describe is None:

@@ -20,6 +20,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from symoro_elastic.formats.kinds_of_files import FileKind, read_as
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES
@@ -43,6 +44,11 @@ DAMAGED = (
 def read_arrays(path: str | Path) -> Columns:
     """Return the columns of a .csv file, or the arrays of a .npz file, by name. Raises `InputError`."""
     path = Path(path)
+    with read_as(FileKind.TABLE, path):
+        return _read(path)
+
+
+def _read(path: Path) -> Columns:
     readers = {".npz": _read_npz, ".csv": _read_csv, ".txt": _read_csv}
     if path.suffix.lower() not in readers:
         raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")

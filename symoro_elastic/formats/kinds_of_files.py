@@ -1,0 +1,78 @@
+"""What kind of file a path leads to, where it cannot be read as what it was given for."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import Enum
+from pathlib import Path
+
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.format_names import SYMORO, is_robot
+
+MOST_CHARACTERS = 5_000_000
+HEADER = 1000
+
+
+class FileKind(Enum):
+    """A kind of files that commands read."""
+
+    MACHINE = "a machine"
+    SCENE = "a scene"
+    TABLE = "a table of a motion or of measurements"
+
+
+REMEDIES = {
+    FileKind.MACHINE: "give the machine first",
+    FileKind.SCENE: "a scene is a .toml file with keys of [scene], [motion] and [wanted]",
+    FileKind.TABLE: "give the machine first, then .csv or .npz files",
+}
+
+
+@contextmanager
+def read_as(kind: FileKind, path: str | Path) -> Iterator[None]:
+    """Within it, what cannot be read as a file of this kind is said to be of another one, where it is."""
+    try:
+        yield
+    except InputError:
+        found = kind_of(Path(path))
+        if found in (None, kind):
+            raise
+        what = f"is {found.value}, not {kind.value}: {REMEDIES[kind]}"
+        raise InputError(str(path), "file", what) from None
+
+
+def kind_of(path: Path) -> FileKind | None:
+    """Return the kind of a file by its suffix and its first words; None where they do not tell."""
+    suffix = path.suffix.lower()
+    if not path.is_file():
+        return None
+    if suffix == ".npz":
+        return FileKind.TABLE
+    if suffix in (".csv", ".txt") and _begins_with_time(path):
+        return FileKind.TABLE
+    if suffix == ".toml":
+        return _kind_of_toml(path)
+    return FileKind.MACHINE if suffix in SYMORO.suffixes or is_robot(str(path)) else None
+
+
+def _begins_with_time(path: Path) -> bool:
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            first = file.readline(HEADER)
+    except (OSError, UnicodeDecodeError):
+        return False
+    head = first.replace(";", ",").replace("\t", ",").partition(",")[0]
+    return head.partition("[")[0].strip().strip('"') == "t"
+
+
+def _kind_of_toml(path: Path) -> FileKind | None:
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            keys = tomllib.loads(file.read(MOST_CHARACTERS)).keys()
+    except (OSError, ValueError, RecursionError):
+        return None
+    if "joints" in keys:
+        return FileKind.MACHINE
+    return FileKind.SCENE if keys & {"motion", "wanted", "scene", "models", "outputs", "locked", "static"} else None
