@@ -16,16 +16,17 @@ from symoro_elastic.formats.kinds_of_files import FileKind, read_as
 from symoro_elastic.formats.toml.motions import motions_of, wanted_of
 from symoro_elastic.formats.toml.scenes import scene_in
 from symoro_elastic.formats.toml.tables import Table, load, table_of
-from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.errors import InputError, among, placed
 from symoro_elastic.machine.described import DescribedMachine, Wanted
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import ALL, FORMS, RECURSION, Scene
 from symoro_elastic.machine.series_springs import condense
-from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS
+from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, refuse_without_value
 
-ARGUMENTS = "symoro-elastic"
+TYPED = {"scene, models": "--model", "scene, fold": "--fold", "scene, outputs": "--only"}
+"""Options by the keys of a scene that they stand for."""
 
 
 def no_note(_line: str) -> None:
@@ -50,12 +51,18 @@ class SceneRequest:
         Models replace those of the scene, and their outputs go with them. `note` is called with a line for springs in
         series that the scene condenses.
         """
+        asked = Scene(
+            models=tuple(dict.fromkeys(self.models)),
+            outputs={model: tuple(names) for model, names in (self.outputs or {}).items()},
+            fold=ALL if ALL in self.fold else tuple(self.fold),
+        )
+        with placed(TYPED):
+            added = resolve(asked, machine, MODELS, machine.label).outputs
+            refuse_without_value(machine, asked)
         requested = self._with_models(given_scene(machine, scene))
         if self.fold:
             everything = ALL in self.fold or requested.fold == ALL
             requested = replace(requested, fold=ALL if everything else (*requested.fold, *self.fold))
-        asked = Scene(outputs={model: tuple(names) for model, names in (self.outputs or {}).items()})
-        added = resolve(asked, machine, MODELS, ARGUMENTS).outputs
         merged = {m: (*requested.outputs.get(m, ()), *added.get(m, ())) for m in (*requested.outputs, *added)}
         steps = tuple(dict.fromkeys((*requested.steps, *self.steps)))
         requested = resolve(

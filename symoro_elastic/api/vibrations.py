@@ -19,7 +19,7 @@ from symoro_elastic.api.options import (
 )
 from symoro_elastic.api.rows import MachineLike, Values
 from symoro_elastic.api.scenes import kept_machine
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, placed
 from symoro_elastic.foundation.progress import Progress, no_progress
 
 if TYPE_CHECKING:
@@ -242,7 +242,8 @@ def _reference(machine: Machine, options: Following) -> ReferenceTrajectory:
         return reference_trajectory.read_reference(str(options.motion), machine, options.degree, smooth, rate)
     strokes = options.strokes
     strokes = {"": float(strokes)} if isinstance(strokes, int | float) else strokes
-    duration = usual_duration(machine, options.start) if options.duration is None else options.duration
+    with placed({"--at": "--start"}):
+        duration = usual_duration(machine, options.start) if options.duration is None else options.duration
     degree = smooth if options.degree is None else options.degree
     start = {**starts(machine), **options.start}
     return reference_trajectory.move(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -50,21 +51,22 @@ def kind_of(path: Path) -> FileKind | None:
         return None
     if suffix == ".npz":
         return FileKind.TABLE
-    if suffix in (".csv", ".txt") and _begins_with_time(path):
-        return FileKind.TABLE
+    if suffix in (".csv", ".txt"):
+        return _kind_of_table(path)
     if suffix == ".toml":
         return _kind_of_toml(path)
     return FileKind.MACHINE if suffix in SYMORO.suffixes or is_robot(str(path)) else None
 
 
-def _begins_with_time(path: Path) -> bool:
+def _kind_of_table(path: Path) -> FileKind | None:
+    """Whether the first column is the time, or a column is an angle of a DH table."""
     try:
         with path.open(encoding="utf-8-sig") as file:
-            first = file.readline(HEADER)
+            cells = re.split("[,;\t]", file.readline(HEADER))
     except (OSError, UnicodeDecodeError):
-        return False
-    head = first.replace(";", ",").replace("\t", ",").partition(",")[0]
-    return head.partition("[")[0].strip().strip('"') == "t"
+        return None
+    names = [cell.partition("[")[0].strip(' "\n') for cell in cells]
+    return FileKind.TABLE if names[0] == "t" else FileKind.MACHINE if "alpha" in names else None
 
 
 def _kind_of_toml(path: Path) -> FileKind | None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -12,6 +13,18 @@ class InputError(Exception):
     def __init__(self, file: str, place: str, what: str) -> None:
         super().__init__(f"{file}: {place}: {what}")
         self.file, self.place, self.what = file, place, what
+
+
+@contextmanager
+def placed(places: Mapping[str, str]) -> Iterator[None]:
+    """Within it, errors whose place begins with a key of `places` name what was typed in its stead."""
+    try:
+        yield
+    except InputError as error:
+        for place, typed in places.items():
+            if error.place == place or error.place.startswith(f"{place}, "):
+                raise InputError(error.file, typed + error.place[len(place) :], error.what) from None
+        raise
 
 
 def among(names: Sequence[str], known: Sequence[str] | Mapping[str, Any], option: str) -> tuple[str, ...]:

@@ -51,11 +51,11 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
     source = machine.label
     for name, x in values.items():
         if name not in names:
-            raise InputError(source, "parameters", f"no parameter {quote(name)}{did_you_mean(name, names)}")
+            raise InputError(source, "--value", f"no parameter {quote(name)}{did_you_mean(name, names)}")
         try:
             refuse_range(x)
         except FormulaError as error:
-            raise InputError(source, name, str(error)) from None
+            raise InputError(source, f"--value, {name}", str(error)) from None
 
 
 def refuse_wrong_signs(machine: Machine, given: Collection[str], values: dict[str, float]) -> dict[str, float]:

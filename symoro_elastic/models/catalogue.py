@@ -250,11 +250,15 @@ def _columns(kept: Machine, scene: Scene, model: str, constants: Sequence[str]) 
 
 
 def _constants(machine: Machine, scene: Scene) -> tuple[str, ...]:
-    """Names of the parameters that become constants; each must have a value."""
-    names = names_to_fold(machine, scene)
+    """Names of the parameters that become constants."""
+    refuse_without_value(machine, scene)
+    return names_to_fold(machine, scene)
+
+
+def refuse_without_value(machine: Machine, scene: Scene) -> None:
+    """Raise `InputError` for a parameter without value that is to become a constant."""
     valued = {parameter.name for parameter in machine.parameters if parameter.value is not None}
-    for name in names:
+    for name in names_to_fold(machine, scene):
         if name not in valued:
             what = f"{name} has no value, so it cannot become a constant: give it one or leave it out"
             raise InputError(_source(machine, scene), "scene, fold", what)
-    return names

@@ -108,8 +108,8 @@ def test_a_parameter_without_value_is_not_folded_by_a_scene_file(tmp_path: Path)
     [
         ("tool", "symoro-elastic: --only: 'tool' is not MODEL=NAME"),
         ("jacobian=", "is not MODEL=NAME"),
-        ("jacobien=tool", "symoro-elastic: scene, outputs: no model 'jacobien'; did you mean 'jacobian'?"),
-        ("jacobian=tol", "symoro-elastic: scene, outputs, jacobian: no joint 'tol'"),
+        ("jacobien=tool", "two_axis.toml: --only: no model 'jacobien'; did you mean 'jacobian'?"),
+        ("jacobian=tol", "two_axis.toml: --only, jacobian: no joint 'tol'"),
         ("jacobian=tool at 1 2 3", "a point has three coordinates in brackets"),
         (
             "velocities=tool",

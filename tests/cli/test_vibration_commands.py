@@ -210,7 +210,7 @@ REFUSED = {
     "--hold motor_x --pd motor_x=1:1": "--pd: motor_x is held: remove --hold or --pd",
     "--pd motor_x=1": "--pd: 'motor_x=1' is not MOTOR=KP:KD",
     "--rate motor_x=1": "--rate: an equilibrium is at rest: add --as-given",
-    "--value K=1": "two_axis.toml: parameters: no parameter 'K'",
+    "--value K=1": "two_axis.toml: --value: no parameter 'K'",
     "--along motor_y=0:1": "--along: 'motor_y=0:1': give LOW:HIGH:COUNT",
     "--along motor_y=0:1:20000": "--along: 20000 positions",
     "--along motor_y=0:1:3 --as-given": "--along: modes along positions are those of equilibria",
@@ -234,7 +234,7 @@ def test_modes_refused(options: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize("name", ["two-axis.m", "2.m", "x.csv"])
 def test_files_of_a_linearization_that_no_program_reads_are_refused(name: str, tmp_path: Path) -> None:
     line = refused("linearize", TWO_AXIS, "--out", tmp_path / name)
-    reason = "end the name with .npz or .mat or .m" if name == "x.csv" else "MATLAB names the function by the file"
+    reason = "end the name with .npz, .mat or .m" if name == "x.csv" else "MATLAB names the function by the file"
     assert f"{name}: --out: " in line and reason in line
     assert not list(tmp_path.iterdir())
 
@@ -244,11 +244,11 @@ SIGNALS = {
     "--hold all --input tool.fx": "--output: there is no motor, or all are held: name an input, such as sensor_head.x",
     "--hold motor_x --input motor_x": "--input: motor_x.tau is of a motor that is held, so nothing moves there",
     "--hold motor_x --output motor_x.qdd": "--output: motor_x.qdd is of a motor that is held, so nothing moves there",
-    "--input ram": "input: 'ram': ram has no motor",
-    "--input tool.fq": "signal: 'tool.fq' is not NAME.QUANTITY",
-    "--input tol.fx": "input: 'tol.fx': no frame 'tol'; did you mean 'tool'?",
-    "--output tool.q": "output: 'tool.q': no joint 'tool' moves",
-    "--output tool": "signal: 'tool' is not NAME.QUANTITY",
+    "--input ram": "--input: 'ram': ram has no motor",
+    "--input tool.fq": "--input: 'tool.fq' is not NAME.QUANTITY",
+    "--input tol.fx": "--input: 'tol.fx': no frame 'tol'; did you mean 'tool'?",
+    "--output tool.q": "--output: 'tool.q': no joint 'tool' moves",
+    "--output tool": "--output: 'tool' is not NAME.QUANTITY",
     "--output tool@at@(0,L9,0).x": "L9 is not a parameter of the machine",
     "--output tool@at@(0,0).x": "a point has three coordinates",
     "--output tool@in@ram.x": "directions are axes of frame 0: leave out 'in ram'",
@@ -256,7 +256,7 @@ SIGNALS = {
     "--band 10:1:5": "--band: from 10 to 1 Hz in 5 points",
     "--band 1:10:1000000000": "in 1000000000 points: give 1e-09 <= LOW < HIGH <= 1e+12 and 2 to 200000 points",
     "--damping -1": "--damping: -1 is not a damping ratio",
-    "--out r.dat": "end the name with .csv or .npz or .mat",
+    "--out r.dat": "end the name with .csv, .npz or .mat",
     "--plots two_axis.toml": "two_axis.toml: --plots: is a file, not a folder",
 }
 
@@ -279,7 +279,7 @@ def test_responses_refused(options: str, tmp_path: Path, monkeypatch: pytest.Mon
         ("--duration 1e9", "--duration: 1e+09 s at 1105 Hz is too long to integrate: cut it to 45.2 s"),
         ("--ratio motor_y=20", "--ratio: motor_y is not a revolute motor with a rotor inertia"),
         ("--motion none.csv", "none.csv"),
-        ("--value foo=1", "parameters: no parameter 'foo'"),
+        ("--value foo=1", "--value: no parameter 'foo'"),
         ("--value ram.mass=nan", "--value: 'ram.mass=nan' is not NAME=NUMBER: nan is not finite"),
     ],
 )

@@ -108,7 +108,7 @@ def _least(column: RegressorColumn, x: float, machine: Machine) -> float:
     if column.value > 0:
         return column.value
     what = f"{x:.4g} was estimated, which no spring can have, and the file gives no value: give one to save it"
-    raise machine.error(f"known {column.label}", what)
+    raise machine.error(f"--known, {column.label}", what)
 
 
 def _found(result: Identification) -> Iterator[tuple[RegressorColumn, float]]:

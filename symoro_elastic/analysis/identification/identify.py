@@ -246,7 +246,7 @@ def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machi
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in known.items():
         if not math.isfinite(value):
-            raise machine.error(f"known {label}", "give it a number")
+            raise machine.error(f"--known, {label}", "give it a number")
     return {numbers[label]: value for label, value in known.items()}
 
 

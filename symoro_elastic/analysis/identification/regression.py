@@ -351,7 +351,7 @@ def refuse_unknown_labels(machine: Machine, known: Iterable[str], columns: Seque
     for label in known:
         if label not in labels:
             what = _meant(machine, label, columns) or f"there is no such parameter{did_you_mean(label, labels)}"
-            raise machine.error(f"known {label}", what)
+            raise machine.error(f"--known, {label}", what)
 
 
 def _meant(machine: Machine, name: str, columns: Sequence[RegressorColumn]) -> str:

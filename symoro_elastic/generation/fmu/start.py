@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, placed
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
@@ -58,7 +58,8 @@ def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
     motions = DescribedMachine.of(machine).asked.motions
     given = motions[0].start if motions else {}
     known = {name: x for name, x in given.items() if name in motion.names}
-    state, notes = _state(motion, {**known, **at})
+    with placed({"--at": "--start"}):
+        state, notes = _state(motion, {**known, **at})
     notes += _elsewhere(motion, state, at)
     own = motion.own_positions(state.q)
     M, _, K = motion.matrices("MDK", state.q, state.qd, state.qdd, state.torques)

@@ -5,7 +5,7 @@ A frame may be moved to a point of its body: `tool at (0.1, 0, L2).fx`. Directio
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.foundation.errors import InputError
@@ -17,6 +17,7 @@ from symoro_elastic.machine.prescribed_motion import WRENCH
 from symoro_elastic.machine.scene import COMPONENTS, Point, RequestedPart
 from symoro_elastic.models.cells import Points
 
+INPUT, OUTPUT = "--input", "--output"
 MOTOR_TORQUE = "tau"
 JOINT_OUTPUTS = {"q": 0, "qd": 1, "qdd": 2}
 WRENCH_INPUTS = {name: k for k, name in enumerate(WRENCH)}
@@ -98,7 +99,7 @@ def entry_of(machine: Machine, signal: JointSignal) -> int:
     if signal.number not in machine.independent:
         names = ", ".join(joint.name for joint in machine.independent_joints)
         what = f"{quote(signal.name)}: {machine.joint(signal.number).name} follows from a loop: name one of {names}"
-        raise _error(machine, "signal", what)
+        raise _error(machine, OUTPUT, what)
     return machine.independent.index(signal.number)
 
 
@@ -108,33 +109,36 @@ def points_of(signals: Sequence[Signal]) -> Points:
 
 
 def _input(machine: Machine, name: str) -> Signal:
-    owner, quantity = _split(machine, name, {MOTOR_TORQUE, *WRENCH_INPUTS}, MOTOR_TORQUE)
+    owner, quantity = _split(machine, name, INPUT, {MOTOR_TORQUE, *WRENCH_INPUTS}, MOTOR_TORQUE)
     if quantity in WRENCH_INPUTS:
-        return _frame(machine, name, owner, WRENCH_INPUTS[quantity], 0, "input")
-    j = _joint(machine, name, owner, "input")
+        return _frame(machine, name, owner, WRENCH_INPUTS[quantity], 0, INPUT)
+    j = _joint(machine, name, owner, INPUT)
     if j not in machine.motors:
         motors = ", ".join(default_inputs(machine)) or "this machine has none"
         what = f"{quote(name)}: {owner} has no motor; there are motors ({motors}) and <frame>.{'|'.join(WRENCH_INPUTS)}"
-        raise _error(machine, "input", what)
+        raise _error(machine, INPUT, what)
     return JointSignal(f"{owner}.{MOTOR_TORQUE}", j)
 
 
 def _output(machine: Machine, name: str) -> Signal:
-    owner, quantity = _split(machine, name, {*JOINT_OUTPUTS, *FRAME_OUTPUTS}, "q")
+    owner, quantity = _split(machine, name, OUTPUT, {*JOINT_OUTPUTS, *FRAME_OUTPUTS}, "q")
     if quantity in FRAME_OUTPUTS:
         order, component = FRAME_OUTPUTS[quantity]
-        return _frame(machine, name, owner, component, order, "output")
-    return JointSignal(f"{owner}.{quantity}", _joint(machine, name, owner, "output"), JOINT_OUTPUTS[quantity])
+        return _frame(machine, name, owner, component, order, OUTPUT)
+    return JointSignal(f"{owner}.{quantity}", _joint(machine, name, owner, OUTPUT), JOINT_OUTPUTS[quantity])
 
 
-def _split(machine: Machine, name: str, known: set[str], usual: str) -> tuple[str, str]:
+def _split(machine: Machine, name: str, place: str, known: Collection[str], usual: str) -> tuple[str, str]:
     """Return owner and quantity of a signal; a joint alone has its default quantity."""
     if name in {joint.name for joint in machine.joints if joint.sigma != 2}:
         return name, usual
     owner, dot, quantity = name.rpartition(".")
     if not dot or quantity not in known:
         what = f"{quote(name)} is not NAME.QUANTITY with a quantity of {', '.join(sorted(known))}"
-        raise _error(machine, "signal", what)
+        meant = f"{owner}.{quantity.lower()}"
+        if dot and quantity.lower() in known:
+            what += f"; did you mean {quote(meant)}?"
+        raise _error(machine, place, what)
     return owner, quantity
 
 

@@ -132,7 +132,7 @@ def test_tables_and_pictures(tmp_path: Path) -> None:
             "--sample-rate: 5 Hz is slow for harmonics up to 0.5 Hz: sample at 10 Hz",
         ),
         (("--position", "1", "--sample-rate", "1e9"), "is the limit"),
-        (("--position", "1", "--known", "MX22"), "known MX22: there is no such parameter; did you mean 'MX2'"),
+        (("--position", "1", "--known", "MX22"), "--known, MX22: there is no such parameter; did you mean 'MX2'"),
         (("--position", "1", "--value", "m1"), "'m1' is not NAME=NUMBER"),
     ],
 )

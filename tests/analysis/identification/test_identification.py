@@ -264,7 +264,7 @@ def test_labels_are_no_names_of_other_quantities(arm: Machine) -> None:
     assert "FV_1" not in nominal(identify(other, true, known={"FV_1": 0.3}, filtered=False))
     with pytest.raises(InputError) as error:
         identify(other, true, known={"FV1": 0.3}, filtered=False)
-    assert "known FV1: the machine has another quantity of this name: write MX2 for MX of joint 2 (elbow)" in str(
+    assert "--known, FV1: the machine has another quantity of this name: write MX2 for MX of joint 2 (elbow)" in str(
         error.value
     )
     assert str(error.value).endswith(" or FV_1 for FV of joint 1 (shoulder)")
@@ -329,7 +329,7 @@ def test_a_negative_stiffness_is_that_of_the_file(elastic: Machine) -> None:
     assert fixed == [{"K2": 40.0}] and found is good
     assert lines[0].startswith("K2 = -1 is saved as 40, because it is physically impossible")
     with pytest.raises(
-        InputError, match=r"known K2: -1 was estimated, which no spring can have, and the file gives no value"
+        InputError, match=r"known, K2: -1 was estimated, which no spring can have, and the file gives no value"
     ):
         possible(of_spring(elastic, -1.0, math.nan), lambda _: good)
 

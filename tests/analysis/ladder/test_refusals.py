@@ -66,7 +66,7 @@ def test_torques_that_are_no_numbers() -> None:
 
 
 def test_unknown_outputs() -> None:
-    with pytest.raises(InputError, match=r"drive\.toml: output: 'lod\.z': no frame 'lod'; did you mean 'load'"):
+    with pytest.raises(InputError, match=r"drive\.toml: --output: 'lod\.z': no frame 'lod'; did you mean 'load'"):
         linear_path(moved(drive(), 0.5, MOVE), ("lod.z",))
 
 

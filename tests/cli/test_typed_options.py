@@ -1,0 +1,102 @@
+"""Every option of every command, with a value that it cannot have: the message names the option as it was typed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+
+import symoro_elastic as se
+from symoro_elastic import cli
+from symoro_elastic.cli.options import DeclaredOption, InputFile, Output
+from tests.command_line import EXAMPLES, ended, refused
+
+MACHINE, SCENE = EXAMPLES / "planar_2r.toml", EXAMPLES / "scenes" / "planar_2r_move.toml"
+LIMITS = ("--position", "1", "--velocity", "1", "--acceleration", "5")
+NEEDED = {
+    "excite": (*LIMITS, "--out", "e.csv"),
+    "view": ("--out", "page.html"),
+    "report": ("--out", "page.html"),
+    "convert": ("other.toml",),
+    "simulate": ("--scene", str(SCENE)),
+    "ladder": ("--scene", str(SCENE)),
+    "sweep": ("--over", "m2=1,2"),
+    "identify": ("data.csv",),
+}
+"""What a command does not do without."""
+PROGRAMS = {"--compiler", "--compiler-flags", "--scheduler"}
+"""Texts that go elsewhere as they are."""
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = [f"{k / 100},{k % 7},{k % 5},{k % 3},{k % 2}" for k in range(200)]
+    (tmp_path / "data.csv").write_text("\n".join(["t,q_shoulder,q_elbow,tau_shoulder,tau_elbow", *rows]))
+    monkeypatch.chdir(tmp_path)
+
+
+def wrong_values() -> Iterator[tuple[str, str, str]]:
+    """Command, option and a value: an unknown name, a text for a number, a number out of range."""
+    for name, command in cli.cli.commands.items():
+        for one in command.params if any(p.name == "machine" for p in command.params) else ():
+            if isinstance(one, DeclaredOption) and not one.is_flag and one.opts[0] not in PROGRAMS:
+                yield from ((name, one.opts[0], value) for value in _wrong(name, one))
+
+
+def _wrong(command: str, one: DeclaredOption) -> tuple[str, ...]:
+    if isinstance(one.type, (InputFile, Output)):
+        return ()  # the message begins with the path
+    if isinstance(one.type, click.types.FloatParamType | click.types.IntParamType):
+        return ("nonsense",)
+    if "MODEL" in one.row.metavar:
+        return ("nonsense", "nonsense=tool", "jacobian=nonsense")
+    if "=" in one.row.metavar:
+        return ("nonsense=1", "nonsense", "nonsense=1:x")
+    return ("nonsense",)
+
+
+@pytest.mark.sampled(4)
+@pytest.mark.parametrize(("command", "option", "value"), list(wrong_values()), ids=str)
+def test_a_message_names_the_option_that_was_typed(command: str, option: str, value: str) -> None:
+    needed = list(NEEDED.get(command, ()))
+    if option in needed:
+        del needed[needed.index(option) : needed.index(option) + 2]
+    found = ended(command, MACHINE, *needed, option, value)
+    assert found.code == 2 and option in found.err and found.err.startswith("error: "), found
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("generate", MACHINE, "--model", "inertia_matrx"), "--model: no model 'inertia_matrx'; did you mean"),
+        (("check", MACHINE, "--fold", "m3"), "--fold: no parameter 'm3'; did you mean 'm2'?"),
+        (("equations", MACHINE, "--only", "jacobian=elbw"), "--only, jacobian: no joint 'elbw'; did you mean 'elbow'?"),
+        (("response", MACHINE, "--input", "elbow.Fx"), "--input: 'elbow.Fx' is not NAME.QUANTITY"),
+        (("response", MACHINE, "--input", "elbow.Fx"), "; did you mean 'elbow.fx'?"),
+        (("modes", MACHINE, "--value", "m3=1"), "--value: no parameter 'm3'; did you mean 'm2'?"),
+        (("feed-forward", MACHINE, "--start", "elbw=1"), "--start: no joint 'elbw' moves; did you mean 'elbow'?"),
+        (("generate", MACHINE, "--target", "fmu", "--start", "elbw=1"), "--start: no joint 'elbw' moves"),
+        (
+            ("excite", MACHINE, *LIMITS, "--out", "e.csv", "--known", "MX22"),
+            "--known, MX22: there is no such parameter",
+        ),
+    ],
+)
+def test_messages_name_the_option_and_what_may_be_meant(given: tuple[object, ...], said: str) -> None:
+    assert said in refused(*given)
+
+
+def test_in_python_the_argument_is_named() -> None:
+    for wrong, said in (
+        ({"scene": {"models": ["inertia_matrx"]}}, "scene, models: no model"),
+        ({"fold": ["m3"]}, r"fold: no parameter 'm3'"),
+        ({"only": {"jacobian": ["elbw"]}}, r"only, jacobian: no joint 'elbw'"),
+    ):
+        with pytest.raises(se.InputError, match=said):
+            se.equations(MACHINE, "jacobian", **wrong)
+    with pytest.raises(se.InputError, match=r"inputs: 'elbow\.Fx' is not NAME\.QUANTITY.*did you mean 'elbow\.fx'"):
+        se.response(MACHINE, inputs=["elbow.Fx"])
+    with pytest.raises(se.InputError, match=r"values: no parameter 'm3'"):
+        se.modes(MACHINE, values={"m3": 1.0})
