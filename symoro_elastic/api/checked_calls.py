@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import wraps
-from inspect import signature
+from inspect import BoundArguments, Signature, signature
 from numbers import Real
 from typing import Any, ParamSpec, TypeVar
 
-from symoro_elastic.api.declaration import flag, renamed
+from symoro_elastic.api.declaration import flag, options, renamed
+from symoro_elastic.api.options import OperatingPoint
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.names import did_you_mean
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -26,7 +28,7 @@ def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(function)
     def called(*args: P.args, **kwargs: P.kwargs) -> T:
-        given = bound.bind(*args, **_renamed(function, kwargs))
+        given = _bound(function, bound, args, _renamed(function, kwargs))
         for name in given.arguments:
             given.arguments[name] = _argument(name, given.arguments[name], annotations)
         try:
@@ -36,6 +38,43 @@ def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
             raise InputError(file, in_words(error.place, annotations), in_words(error.what, annotations)) from None
 
     return called
+
+
+def _bound(
+    function: Callable[..., object], bound: Signature, args: Sequence[Any], given: Mapping[str, Any]
+) -> BoundArguments:
+    """Return the arguments of a call; raises `TypeError` that names the function, the argument, and what is meant."""
+    try:
+        return bound.bind(*args, **given)
+    except TypeError as error:
+        raise TypeError(f"{function.__name__}() {_mistake(function, bound, args, given) or error}") from None
+
+
+def _mistake(function: Callable[..., object], bound: Signature, args: Sequence[Any], given: Mapping[str, Any]) -> str:
+    """Return what is wrong with a call: an unknown name, too many arguments by their place, or one that is missing."""
+    rows = bound.parameters.values()
+    placed = [row.name for row in rows if row.kind is row.POSITIONAL_OR_KEYWORD]
+    unknown = [name for name in given if name not in bound.parameters]
+    if unknown:
+        return f"got an unexpected keyword argument {unknown[0]!r}{_meant(function, unknown[0], bound.parameters)}"
+    if len(args) > len(placed):
+        named = ", ".join(row.name for row in rows if row.kind is row.KEYWORD_ONLY)
+        what = f"takes {', '.join(placed)} by place, but got {len(args)} arguments"
+        return f"{what}: give others by name ({named})" if named else what
+    missing = [row.name for row in rows if row.default is row.empty and row.kind is not row.VAR_POSITIONAL]
+    missing = [name for name in missing if name not in (*placed[: len(args)], *given)]
+    return f"is called without {', '.join(missing)}" if missing else ""
+
+
+def _meant(function: Callable[..., object], name: str, known: Collection[str]) -> str:
+    """Return the end of a message about an unknown argument: a former flag with its value, or the closest name."""
+    record = getattr(function, "options", None)
+    for row in options(record) if record else ():
+        for old in row.formerly:
+            flag, _, value = old.partition("=")
+            if value and flag.removeprefix("--") == name:
+                return f": write {row.name}={value!r}"
+    return did_you_mean(name, known)
 
 
 def _renamed(function: Callable[..., object], given: dict[str, Any]) -> dict[str, Any]:
@@ -59,6 +98,8 @@ def _argument(name: str, value: Any, annotations: Mapping[str, str]) -> Any:
     expected = annotations.get(name, "")
     if expected.startswith("Sequence[str]") and isinstance(value, str):
         return [value]
+    if expected.startswith("OperatingPoint") and not (value is None or isinstance(value, OperatingPoint)):
+        raise InputError(PACKAGE, name, f"{type(value).__name__} is no operating point: give other arguments by name")
     if expected.startswith(("Values", "Mapping[str, float]")) and not _is_number(value, expected):
         _refuse_no_mapping(name, value)
     return value
