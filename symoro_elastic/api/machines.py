@@ -18,6 +18,7 @@ from symoro_elastic.formats.toml.starting import STARTS, starting_text
 from symoro_elastic.formats.toml.tables import table_of
 from symoro_elastic.foundation.errors import InputError, among
 from symoro_elastic.foundation.output_files import permission, write_text
+from symoro_elastic.foundation.shipped import examples
 from symoro_elastic.generation import pipeline
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.freed import SECTIONS
@@ -98,15 +99,24 @@ def write(machine: MachineLike, path: str | Path, *, force: bool = False) -> Pat
     return Path(path)
 
 
-def new(path: str | Path, kind: str = "arm", *, force: bool = False) -> DescribedMachine:
+def new(
+    path: str | Path, kind: str = "arm", *, brief: bool = False, example: str = "", force: bool = False
+) -> DescribedMachine:
     """Write a commented .toml file to start a machine from, and return the machine in it.
 
     `kind` is "arm", "cartesian", "elastic" (a drive with a spring), "floating" (a flying base) or "linkage" (a gear
-    and a closed loop). The machine has the name of the file.
+    and a closed loop). The machine has the name of the file. `brief` leaves out comments and what is not needed.
+    `example` is the name of a machine that comes with the package, of which a copy is written: "two_axis", ...
     """
     among((kind,), [*STARTS], "--kind")
     file = Path(path).with_suffix(".toml")
-    pipeline.refuse_name(file.stem, "NAME")
+    if example:
+        machines = examples(scenes=False)
+        source = machines[among((example,), machines, "--example")[0]]
+        file, text = file.with_suffix(source.suffix), source.read_text(encoding="utf-8")
+    else:
+        pipeline.refuse_name(file.stem, "NAME")
+        text = starting_text(file.stem, kind, brief)
     with permission(force=force):
-        write_text(starting_text(file.stem, kind), file)
+        write_text(text, file)
     return read(file)

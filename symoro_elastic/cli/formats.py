@@ -11,8 +11,10 @@ import click
 
 from symoro_elastic.cli.options import Command, OutputFile, completed_from, writes
 from symoro_elastic.cli.output import write_text
-from symoro_elastic.foundation.errors import among
-from symoro_elastic.foundation.file_forms import MARKDOWN, SCENES, SCHEMAS
+from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.file_forms import MARKDOWN, SCHEMAS
+from symoro_elastic.foundation.shipped import SCENES as SCENES_FOLDER
+from symoro_elastic.foundation.shipped import SUFFIXES, examples
 
 
 def _out(*forms: str) -> Callable[[Command], Command]:
@@ -20,16 +22,25 @@ def _out(*forms: str) -> Callable[[Command], Command]:
     return click.option("--out", metavar="FILE", type=OutputFile(forms), help=what)
 
 
-class MachineFile(OutputFile):
-    """A machine file to write: `mine` stands for mine.toml."""
+class NewFile(OutputFile):
+    """A file to write: `mine` stands for mine.toml, or for mine with the suffix of the example."""
 
     def __init__(self) -> None:
-        super().__init__(SCENES)
+        super().__init__(SUFFIXES)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the path with its suffix."""
-        path = str(super().convert(value, param, ctx))
-        return path if path.endswith(".toml") else f"{path}.toml"
+        path, example = str(super().convert(value, param, ctx)), ctx.params.get("example") if ctx else None
+        suffix = example.suffix if example else SUFFIXES[0]
+        return path if path.endswith(suffix) else f"{path}{suffix}"
+
+
+def _example(_context: click.Context, option: click.Parameter, name: str | None) -> Path | None:
+    """The file of an example."""
+    if name is None:
+        return None
+    known = examples()
+    return known[among((name,), known, option.opts[0])[0]]
 
 
 def _kinds() -> list[str]:
@@ -39,7 +50,17 @@ def _kinds() -> list[str]:
 
 
 @click.command()
-@click.argument("name", metavar="NAME", type=MachineFile())
+@click.argument("name", metavar="[NAME]", type=NewFile(), required=False)
+@click.option(
+    "--example",
+    metavar="NAME",
+    is_eager=True,
+    callback=_example,
+    shell_complete=completed_from(examples),
+    help="Copy an example that comes with the package, a machine or a scene: two_axis, planar_2r_move ... The shell "
+    "completes their names.",
+)
+@click.option("--brief", is_flag=True, help="Leave out comments, and the tables and keys that are not needed.")
 @click.option(
     "--kind",
     default="arm",
@@ -50,18 +71,26 @@ def _kinds() -> list[str]:
     "(a gear and a closed loop).",
 )
 @writes
-def new(name: str, kind: str) -> None:
+def new(name: str | None, kind: str, brief: bool, example: Path | None) -> None:
     """Write NAME.toml, a commented machine to start from.
 
-    It holds all tables and keys, those that are not needed as comments.
+    It holds all tables and keys, those that are not needed as comments. With --example it is a copy of an example.
     """
     from symoro_elastic.formats.toml.starting import STARTS, starting_text
     from symoro_elastic.generation.pipeline import refuse_name
 
     among((kind,), [*STARTS], "--kind")
+    if example:
+        path = Path(name or example.name)
+        write_text(example.read_text(encoding="utf-8"), str(path))
+        is_scene = example.parent.name == SCENES_FOLDER
+        click.echo(f"wrote {path}: symoro-elastic {f'simulate MACHINE --scene {path}' if is_scene else f'show {path}'}")
+        return
+    if name is None:
+        raise InputError("symoro-elastic", "NAME", "name the file, or an example with --example")
     path = Path(name)
     refuse_name(path.stem, "NAME")
-    write_text(starting_text(path.stem, kind), str(path))
+    write_text(starting_text(path.stem, kind, brief), str(path))
     click.echo(f"wrote {path}: symoro-elastic generate {path}")
 
 

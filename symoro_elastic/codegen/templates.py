@@ -8,6 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from symoro_elastic.foundation.shipped import shipped_folder
+
 if TYPE_CHECKING:
     from jinja2 import Environment
 
@@ -15,16 +17,8 @@ LINE = 100
 
 
 def template_folder() -> Path:
-    """The folder of templates: inside the package when installed, beside it in a checkout.
-
-    Raises `FileNotFoundError` naming both places.
-    """
-    package = Path(__file__).resolve().parents[1]
-    places = (package / "templates", package.parent / "templates")
-    for place in places:
-        if (place / "c").is_dir():
-            return place
-    raise FileNotFoundError(f"no templates in {places[0]} nor in {places[1]}: reinstall symoro-elastic")
+    """The folder of templates; raises `FileNotFoundError` naming where it may be."""
+    return shipped_folder("templates", "c")
 
 
 @cache

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.shipped import example_called
 
 MAX_BYTES = 5_000_000
 UTF_8, WESTERN = "utf-8-sig", "cp1252"
@@ -18,7 +19,7 @@ def load_text(path: str | Path, encodings: Sequence[str] = (UTF_8,)) -> str:
     file = Path(path)
     try:
         if not file.is_file():
-            missing = "is not a file" if file.exists() else "there is no such file"
+            missing = "is not a file" if file.exists() else f"there is no such file{_example(file.name)}"
             raise InputError(str(path), "file", missing)
         with file.open("rb") as stream:
             content = stream.read(MAX_BYTES + 1)
@@ -28,6 +29,12 @@ def load_text(path: str | Path, encodings: Sequence[str] = (UTF_8,)) -> str:
     if len(content) > MAX_BYTES:
         raise InputError(str(path), "file", f"larger than {MAX_BYTES // 10**6} MB: too large for a machine description")
     return _decoded(content, str(path), encodings)
+
+
+def _example(name: str) -> str:
+    """The end of a message about a file that is missing, where it has the name of an example."""
+    known = example_called(name)
+    return f"; an example is called so, which symoro-elastic new --example {known} writes" if known else ""
 
 
 def _decoded(content: bytes, source: str, encodings: Sequence[str]) -> str:

@@ -47,6 +47,11 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return python
 
 
+def tracked(folder: str) -> list[Path]:
+    """Files of a folder, without what programs leave there."""
+    return [path for path in (ROOT / folder).rglob("*.*") if "__pycache__" not in path.parts]
+
+
 def outside(*command: object, folder: Path) -> subprocess.CompletedProcess[str]:
     variables = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
     return subprocess.run(
@@ -54,12 +59,14 @@ def outside(*command: object, folder: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_wheel_holds_code_templates_and_nothing_else(wheel: Path) -> None:
+def test_the_wheel_holds_code_templates_examples_and_nothing_else(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     code = {str(path.relative_to(ROOT)) for path in (ROOT / "symoro_elastic").rglob("*.py")}
     templates = {f"symoro_elastic/{path.relative_to(ROOT)}" for path in (ROOT / "templates").rglob("*.*")}
     assert code | templates <= names and len(templates) >= 5
-    others = {name for name in names - code - templates if ".dist-info/" not in name}
+    examples = {f"symoro_elastic/{path.relative_to(ROOT)}" for path in tracked("examples")}
+    assert examples <= names and len(examples) > 20
+    others = {name for name in names - code - templates - examples if ".dist-info/" not in name}
     assert others == {"symoro_elastic/py.typed"}
     assert any(name.endswith("LICENSE") for name in names)
 
@@ -72,7 +79,13 @@ def test_the_installed_package_generates_the_committed_files(installed: Path, tm
     assert str(installed.parents[1]) in where.stdout
     site = Path(where.stdout.strip()).parents[1]
     (site / "templates" / "c").mkdir(parents=True, exist_ok=True)  # of some other package
-    for k, command in enumerate(([installed.parent / "symoro-elastic"], [installed, "-m", "symoro_elastic"])):
+    programs = [[installed.parent / "symoro-elastic"]]
+    programs += [[installed, "-m", module] for module in ("symoro_elastic", "symoro_elastic.cli")]
+    copied = outside(*programs[0], "new", "copy", "--example", "planar_2r", folder=tmp_path)
+    assert (
+        copied.returncode == 0 and (tmp_path / "copy.toml").read_bytes() == (tmp_path / "planar_2r.toml").read_bytes()
+    )
+    for k, command in enumerate(programs):
         run = outside(*command, "generate", "planar_2r.toml", "--out", f"out{k}", "--json", folder=tmp_path)
         assert run.returncode == 0 and run.stderr == "", run.stderr
         for path in map(Path, json.loads(run.stdout)["written"]):

@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 from click.shell_completion import ShellComplete
 
+import symoro_elastic as se
 from symoro_elastic.cli import cli
-from symoro_elastic.formats.toml.starting import STARTS
+from symoro_elastic.formats.toml import reading as toml
+from symoro_elastic.formats.toml.starting import STARTS, starting_text
+from symoro_elastic.foundation.shipped import SUFFIXES, examples
 from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.pages.formats import formats_page
 from tests.command_line import EXAMPLES, refused, run
@@ -39,6 +42,42 @@ def test_new_refuses_unknown_kinds_and_names_that_no_machine_has(tmp_path: Path)
     assert "choose from arm, cartesian" in refused("new", tmp_path / "mine", "--kind", "scara")
     assert "letters, digits" in refused("new", tmp_path / "my-machine")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", STARTS)
+def test_a_brief_machine_is_the_commented_one_without_comments(kind: str, tmp_path: Path) -> None:
+    path, whole = tmp_path / "mine.toml", toml.read(starting_text("mine", kind), "mine.toml")
+    run("new", path, "--kind", kind, "--brief")
+    assert toml.read(path.read_text(), "mine.toml") == whole == se.new(tmp_path / "mine", kind, force=True)
+    se.new(path, kind, brief=True, force=True)
+    lines = path.read_text().splitlines()
+    assert [line for line in lines[2:] if line.startswith("#")] == [] and len(lines) < 50
+
+
+@pytest.mark.parametrize("name", examples())
+def test_examples_are_copied(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    source = examples()[name]
+    assert f"wrote {source.name}: symoro-elastic " in run("new", "--example", name).output
+    run("new", "--example", name, "--force", "mine")
+    assert (tmp_path / source.name).read_bytes() == source.read_bytes()
+    assert (tmp_path / f"mine{source.suffix}").read_bytes() == source.read_bytes()
+    assert "exists already" in refused("new", "mine", "--example", name)
+
+
+def test_examples_are_named_where_one_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert {path.name for path in examples().values()} == {
+        path.name for path in (*EXAMPLES.iterdir(), *(EXAMPLES / "scenes").iterdir()) if path.suffix in SUFFIXES
+    }
+    said = "there is no such file; an example is called so, which symoro-elastic new --example all_keys.par writes"
+    assert said in refused("show", "examples/all_keys.par")
+    assert "planar_2r_move writes" in refused("simulate", TWO_AXIS, "--scene", "planar_2r_move.toml")
+    assert "--example: there is no 'two_axes': choose from all_keys, " in refused("new", "--example", "two_axes")
+    assert "NAME: name the file, or an example with --example" in refused("new")
+    assert se.new("copy", example="rx90").name == "rx90" and Path("copy.par").is_file()
+    with pytest.raises(se.InputError, match="example: there is no 'planar_2r_move'"):
+        se.new("scene", example="planar_2r_move")
 
 
 def test_schemas_and_reference_are_printed() -> None:

@@ -180,9 +180,30 @@ HEAD = """# {title}
 """
 
 
-def starting_text(name: str, kind: str) -> str:
-    """The text of a machine file of this kind."""
+BRIEF = """# {title}
+# Numbers are examples: SI units, angles in rad ("pi/2"). All keys: symoro-elastic formats
+"""
+
+
+def starting_text(name: str, kind: str, brief: bool = False) -> str:
+    """The text of a machine file of this kind, with all other keys as comments unless `brief`."""
     start = STARTS[kind]
+    blocks = _brief_blocks(name, start) if brief else _blocks(name, start)
+    return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
+
+
+def _brief_blocks(name: str, start: Start) -> Iterator[str]:
+    """The tables of a machine, without comments."""
+    yield BRIEF.format(title=f"{name}: {start.title}.")
+    yield f'name = "{name}"\ngravity = {GRAVITY.example}'
+    yield f"joints = [\n{start.joints.strip(chr(10))}\n]"
+    for table in ("loops", "parameters", *OF_JOINTS, "base"):
+        if table in start.tables:
+            yield f"[{table}]\n{start.tables[table].strip(chr(10))}"
+
+
+def _blocks(name: str, start: Start) -> list[str]:
+    """All tables, those that are not needed as comments."""
     blocks = [
         HEAD.format(title=f"{name}: {start.title}."),
         f'name = "{name}"\n# notes = {NOTES.example}  # {NOTES.meaning}\n'
@@ -195,7 +216,7 @@ def starting_text(name: str, kind: str) -> str:
     blocks += [_of_section("base", BASE, start), _of_section("scene", SCENE, start)]
     blocks += [_of_section("motion", MOTION, start), _of_section("wanted", WANTED, start)]
     blocks.append(_table("extras", f"# {EXTRAS.meaning}", {}, '# Type = "0"'))
-    return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
+    return blocks
 
 
 def _of_section(name: str, section: Section, start: Start) -> str:
