@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -112,7 +113,7 @@ def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, dege
     print_table(machine_table(machine, machine.name))
     print_table(axes_table(placed, "origins and axes in frame 0"))
     for line in parameter_lines(machine):
-        click.echo(line)
+        click.echo(textwrap.fill(line, line_width(), subsequent_indent="  "))
     if machine.floating:
         orientation, known = machine.floating.orientation, machine.floating.known
         click.echo(f"floating base: {orientation} and {known} given, M = {machine.floating.body.mass}")

@@ -13,15 +13,13 @@ from symoro_elastic.api.options import Comparing, Following, Linearizing, Oscill
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_result, progress_bar, save_arrays, steps
 from symoro_elastic.cli.reading import read, scene_of
-from symoro_elastic.foundation import file_forms
+from symoro_elastic.foundation.file_forms import COLUMNS, LINEARIZATIONS, MODES, RESPONSES
 
 
 @click.command()
 @MACHINE
 @takes(Linearizing)
-@click.option(
-    "--out", metavar="FILE", type=OutputFile(file_forms.LINEARIZATIONS), help="Save the matrices: .npz, .mat or .m."
-)
+@click.option("--out", metavar="FILE", type=OutputFile(LINEARIZATIONS), help="Save the matrices: .npz, .mat or .m.")
 @writes
 @JSON
 def linearize(machine: str, options: Linearizing, out: str | None, as_json: bool) -> None:
@@ -59,7 +57,7 @@ class Path(Options):
 @MACHINE
 @takes(Path, "path")
 @takes(Oscillating)
-@click.option("--out", metavar="FILE", type=OutputFile(file_forms.MODES), help="Save the modes: .npz or .mat.")
+@click.option("--out", metavar="FILE", type=OutputFile(MODES), help="Save the modes: .npz or .mat.")
 @draws
 @writes
 @JSON
@@ -83,9 +81,7 @@ def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots
 @click.command()
 @MACHINE
 @takes(Responding)
-@click.option(
-    "--out", metavar="FILE", type=OutputFile(file_forms.RESPONSES), help="Save the response: .csv, .npz or .mat."
-)
+@click.option("--out", metavar="FILE", type=OutputFile(RESPONSES), help="Save the response: .csv, .npz or .mat.")
 @draws
 @writes
 @JSON
@@ -135,10 +131,7 @@ def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> No
 @MACHINE
 @takes(Following)
 @click.option(
-    "--out",
-    metavar="FILE",
-    type=OutputFile(file_forms.COLUMNS),
-    help="Save torques and motion of all joints: .csv or .npz.",
+    "--out", metavar="FILE", type=OutputFile(COLUMNS), help="Save torques and motion of all joints: .csv or .npz."
 )
 @draws
 @writes

@@ -39,8 +39,13 @@ def bodies_table(machine: Machine, title: str = "") -> Table:
 
 
 def parameter_lines(machine: Machine) -> list[str]:
-    """Return a line with the value of each named parameter."""
-    return [f"{p.name} = {p.value or 'no value'} {p.unit}".rstrip() for p in machine.parameters]
+    """Return a line with the value of each named parameter, and one with the names of those without."""
+    valued = [f"{p.name} = {p.value} {p.unit}".rstrip() for p in machine.parameters if p.value is not None]
+    unknown = [p.name for p in machine.parameters if p.value is None]
+    if not unknown:
+        return valued
+    count = "a parameter" if len(unknown) == 1 else f"{len(unknown)} parameters"
+    return [*valued, f"{count} without value: {', '.join(unknown)}"]
 
 
 def _any(machine: Machine, name: str) -> bool:

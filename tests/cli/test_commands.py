@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.formats import read_machine
 from symoro_elastic.models.base_parameters import base_grouping
 from symoro_elastic.models.catalogue import MODELS, trace
@@ -169,3 +170,14 @@ def test_one_name_for_two_quantities_is_no_program() -> None:
     names.give(x + y, "H1", here)
     with pytest.raises(ValueError, match="H1"):
         build((), (Output("f", (2,), (x * y, x + y)),), names)
+
+
+def test_parameters_without_value_are_one_paragraph(tmp_path: Path) -> None:
+    out = run("show", EXAMPLES / "flex4.par").output
+    names = [parameter.name for parameter in se.read(EXAMPLES / "flex4.par").parameters]
+    assert "no value" not in out and f"\n{len(names)} parameters without value: XX1, XY1, " in out
+    paragraph = out.partition("without value: ")[2].partition("\n\n")[0]
+    assert " ".join(paragraph.split()).split(", ") == names
+    (tmp_path / "one.toml").write_text(TWO_R.read_text().replace("m2  = { value = 1.5,   unit", "m2  = { unit"))
+    out = run("show", tmp_path / "one.toml").output
+    assert "\na parameter without value: m2\n" in out and "\nI2 = 0.012 kg m2\n" in out

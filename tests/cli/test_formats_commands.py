@@ -46,9 +46,9 @@ def test_new_refuses_unknown_kinds_and_names_that_no_machine_has(tmp_path: Path)
 
 @pytest.mark.parametrize("kind", STARTS)
 def test_a_brief_machine_is_the_commented_one_without_comments(kind: str, tmp_path: Path) -> None:
-    path, whole = tmp_path / "mine.toml", toml.read(starting_text("mine", kind), "mine.toml")
+    path, whole = tmp_path / "mine.toml", toml.read(starting_text("mine", kind), str(tmp_path / "mine.toml"))
     run("new", path, "--kind", kind, "--brief")
-    assert toml.read(path.read_text(), "mine.toml") == whole == se.new(tmp_path / "mine", kind, force=True)
+    assert toml.read(path.read_text(), str(path)) == whole == se.new(tmp_path / "mine", kind, force=True)
     se.new(path, kind, brief=True, force=True)
     lines = path.read_text().splitlines()
     assert [line for line in lines[2:] if line.startswith("#")] == [] and len(lines) < 50

@@ -88,6 +88,8 @@ def test_help_loads_click_and_the_command_line_only(tmp_path: Path) -> None:
     of_machines = {name for name in loaded if name.startswith("symoro_elastic.machine.")}
     assert of_machines == {"symoro_elastic.machine.format_names"}
     ground = {name for name in loaded if name.startswith("symoro_elastic.foundation.")}
-    assert ground == {f"symoro_elastic.foundation.{name}" for name in ("errors", "file_forms", "progress", "shipped", "version")}
+    assert ground == {
+        f"symoro_elastic.foundation.{name}" for name in ("errors", "file_forms", "progress", "shipped", "version")
+    }
     faces = {name for name in loaded if name.startswith("symoro_elastic.api.")}
     assert faces == {f"symoro_elastic.api.{name}" for name in ("declaration", "kinds", "options", "rows")}
