@@ -10,6 +10,7 @@ from graphlib import CycleError, TopologicalSorter
 
 from symoro_elastic.machine.columns import Cell, Dimension, cells, columns
 from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.format_names import TOML
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree, names_in
 from symoro_elastic.machine.formula_units import Mismatch, mismatches
 from symoro_elastic.machine.joints import SELECTED
@@ -326,6 +327,8 @@ def parameter_faults(machine: Machine) -> Iterator[tuple[str, str]]:
     for parameter in machine.parameters:
         if any(word in NOT_SI for word in re.findall(r"[^\W\d_]+|°", parameter.unit)):
             what = f"its unit is {quote(parameter.unit)}, but values are not converted: write it in m, kg, s, rad, N"
+            if machine.source.endswith(TOML.suffixes):
+                what += f', or value = "X {parameter.unit}"'
             yield f"parameter {parameter.name}", what
 
 

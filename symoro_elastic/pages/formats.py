@@ -12,6 +12,7 @@ from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import SCENE, SECTIONS
 from symoro_elastic.formats.toml.motion_keys import OF_MOTION
 from symoro_elastic.machine.formula import FUNCTIONS, PI
+from symoro_elastic.quantities.units import SI
 
 URDF = """## Robots in URDF (`.urdf`)
 
@@ -55,7 +56,9 @@ machine file to start from. `symoro-elastic schema machine` and `schema scene` p
 complete and check keys: Taplo and VS Code read `#:schema machine.schema.json` in the first line of a TOML file.
 
 Quantities are in SI units, angles in rad: where a unit reads "N m/rad or N/m", the first is that of a revolute, the
-second of a prismatic joint. A *formula* is a text such as `"L2*cos(pi/6) + 0.1"`: numbers, parameters, {PI[0]},
+second of a prismatic joint. In TOML a number may have a unit, `"120 kg"`, `"8 N/um"`, `"30 deg"`: it is converted, and
+checked by its dimension; units are products and powers of {", ".join(SI)}, with prefixes, and t, deg, rev, rpm, min, h,
+inch. A *formula* is a text such as `"L2*cos(pi/6) + 0.1"`: numbers, parameters, {PI[0]},
 `+ - * / ^`, brackets, and {", ".join(FUNCTIONS)}. A *name* begins with a letter; letters, digits and single
 underscores follow; words of the generated languages are refused.
 
@@ -147,10 +150,11 @@ without an entry have 0. The passive joints of a loop are dependent, unless `[lo
 """
 SERIES = """## Motions and measurements (`.csv`, `.npz`)
 
-A `.csv` file has one header line that names the columns, then a line for each sample, separated by commas. A joint is
-called by its name or by its variable. A unit may follow in brackets, as in `q_elbow [deg]`: the column is converted;
-without, it is in SI units. Other columns are skipped with a warning. `excite` and `feed-forward` write such files;
-`identify`, `compare --motion` and `feed-forward` read them.
+A `.csv` file has one header line that names the columns, then a line for each sample, separated by commas; semicolons
+or tabs are read as well, and decimal commas between them. A joint is called by its name or by its variable. A unit may
+follow in brackets, as in `q_elbow [deg]`: the column is converted; without, it is in SI units. Other columns are
+skipped with a warning. `excite` and `feed-forward` write such files; `identify`, `compare --motion` and `feed-forward`
+read them.
 
 A `.npz` file holds the same names as arrays of one axis, or blocks: `t` (N), `q` (N x joints that move), `tau`
 (N x motors), and likewise `qd`, `qdd`, `y`, `yd`.

@@ -86,7 +86,7 @@ def same(unit: str) -> Unit:
 
 def quotient(over: str, under: str) -> str:
     """Quotient of two units: `N m s/rad` for `N m` over `rad/s`."""
-    return unit_text(product((_factors(over) or {}, 1), (_factors(under) or {}, -1)))
+    return unit_text(product((factors_of(over) or {}, 1), (factors_of(under) or {}, -1)))
 
 
 def unit_text(powers: Powers) -> str:
@@ -101,7 +101,7 @@ def unit_text(powers: Powers) -> str:
 @lru_cache
 def in_base_units(unit: str) -> Powers | None:
     """Exponents of kg, m, s and rad in a unit as people write it: `kg*m^2`, `N m/rad`; None for any other text."""
-    factors = _factors(unit)
+    factors = factors_of(unit)
     if factors is None or not factors.keys() <= SI.keys():
         return None
     return product(*((_fractions(SI[name]), power) for name, power in factors.items()))
@@ -120,8 +120,8 @@ def _fractions(powers: Mapping[str, int]) -> Powers:
     return {name: Fraction(power) for name, power in powers.items()}
 
 
-def _factors(unit: str) -> Powers | None:
-    """Exponents of the words of a unit; None where it is not a product and quotient of words."""
+def factors_of(unit: str) -> Powers | None:
+    """Return the exponents of the words of a unit; None where it is not a product and quotient of words."""
     plain = _TIMES.sub(" ", "".join(SIGNS.get(sign, sign) for sign in unit)).strip()
     over, *under = (part.strip() for part in plain.split("/"))
     factors = [(_words(over), 1), *((_below(part), -1) for part in under)]

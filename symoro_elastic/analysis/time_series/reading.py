@@ -14,13 +14,14 @@ import zipfile
 import zlib
 from array import array
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
+from symoro_elastic.formats.separated import COMMA, Decimals, first_line, separator_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES
@@ -31,7 +32,7 @@ Columns = dict[str, Array]
 MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 1000
 MOST_IN_LINE = 100_000  # characters
-SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
+SEPARATORS = {"|": "bars"}
 NUMBERS = "fiu"  # kinds of dtype
 NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf(inity)?)", re.ASCII | re.IGNORECASE)
 ARRAY_MAGIC = b"\x93NUMPY"
@@ -92,11 +93,13 @@ def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
 def _read_csv(path: Path) -> Columns:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = _rows(path, file)
+            rows, has_commas = _rows(path, file), _is_between_commas(path)
             header = _header(path, *next(rows, (1, [])))
+            decimals = Decimals()
             numbers = array("d")
             for line, row in rows:
-                numbers.extend(_numbers(path, line, row, header))
+                cells = row if has_commas else _with_points(path, line, row, decimals)
+                numbers.extend(_numbers(path, line, cells, header))
                 _refuse_size(path, f"line {line}", len(numbers) // len(header), len(numbers))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         what = _reason(error) if isinstance(error, OSError) else "is not text of comma-separated columns in UTF-8"
@@ -117,7 +120,7 @@ def place_of_sample(path: str | Path, sample: int) -> str:
 
 
 def _rows(path: Path, file: IO[str]) -> Iterator[tuple[int, list[str]]]:
-    """Return the lines that are not empty, with their numbers."""
+    """Return the cells of the lines that are not empty, with their numbers."""
     lines = iter(lambda: file.readline(MOST_IN_LINE), "")
 
     def short() -> Iterator[str]:
@@ -126,9 +129,23 @@ def _rows(path: Path, file: IO[str]) -> Iterator[tuple[int, list[str]]]:
                 raise _error(path, f"is longer than {MOST_IN_LINE} characters: this is not a table", f"line {number}")
             yield line
 
-    for number, row in enumerate(csv.reader(short()), start=1):
+    text = short()
+    first, header = next(((k, line) for k, line in enumerate(text, start=1) if line.strip()), (1, ""))
+    for number, row in enumerate(csv.reader(chain([header], text), delimiter=separator_of(header)), start=first):
         if any(map(str.strip, row)):
             yield number, row
+
+
+def _is_between_commas(path: Path) -> bool:
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        return separator_of(first_line(iter(lambda: file.readline(MOST_IN_LINE), ""))) == COMMA
+
+
+def _with_points(path: Path, line: int, row: Sequence[str], decimals: Decimals) -> list[str]:
+    try:
+        return decimals.with_points(row)
+    except ValueError as error:
+        raise _error(path, str(error), f"line {line}") from None
 
 
 def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
@@ -138,7 +155,7 @@ def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
         raise _error(path, "holds no samples: a header line, then one line a sample")
     for separator, name in SEPARATORS.items():
         if len(header) == 1 and separator in header[0]:
-            what = f"columns are separated by {name}: separate them by commas, and write decimals with a point"
+            what = f"columns are separated by {name}: separate them by commas, semicolons or tabs"
             raise _error(path, what, place)
     if len(header) > MOST_COLUMNS:
         raise _error(path, f"{len(header)} columns, {MOST_COLUMNS} is the limit", place)

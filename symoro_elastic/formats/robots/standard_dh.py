@@ -21,6 +21,7 @@ from symoro_elastic.formats.files import name_of
 from symoro_elastic.formats.robots.displacements import about_x, about_z
 from symoro_elastic.formats.robots.distal_columns import COLUMNS, SCALES, TYPES, DistalColumn
 from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Placement
+from symoro_elastic.formats.separated import COMMA, Decimals, separator_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine import formula
@@ -113,7 +114,11 @@ def _joint(row: DistalLink, parent: str, child: str, place: Placement) -> LinkJo
 
 def describe(text: str, source: str) -> Description:
     """The robot in a CSV table: a header line, then a row for each joint; raises `InputError` that names the line."""
-    lines = list(csv.reader(line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")))
+    written = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    separator = separator_of(written[0] if written else "")
+    lines = list(csv.reader(written, delimiter=separator))
+    if separator != COMMA:
+        lines = [*lines[:1], *_with_points(lines[1:], source)]
     if len(lines) < 2:
         raise InputError(source, "line 1", "the table needs a header line and a row for each joint")
     if len(lines) > MOST_ROWS:
@@ -128,6 +133,15 @@ def describe(text: str, source: str) -> Description:
             raise InputError(source, "line 1", f"the column {column} occurs twice")
     rows = [_row(cells, columns, k, source) for k, cells in enumerate(lines[1:], start=1)]
     return describe_links(name_of(Path(source).stem), rows)
+
+
+def _with_points(rows: Iterable[Sequence[str]], source: str) -> Iterator[list[str]]:
+    decimals = Decimals()
+    for number, cells in enumerate(rows, start=1):
+        try:
+            yield decimals.with_points(cells)
+        except ValueError as error:
+            raise InputError(source, f"row {number}", str(error)) from None
 
 
 def _column(word: str, source: str) -> tuple[DistalColumn, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -71,7 +71,7 @@ class Key:
     def read(self, table: Table, default: Any = None) -> Any:
         """The value in a table, or the default; raises `InputError` where it is missing, or of another type."""
         if self.name in table.entries:
-            return self.type.read(table, self.name)
+            return self.type.read(replace(table, units=self.unit), self.name)
         found = self.default if default is None else default
         if found is None:
             raise table.fail(self.name, "is missing")

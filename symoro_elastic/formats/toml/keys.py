@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to, some_of
 from symoro_elastic.formats.toml.motion_keys import MOTIONS, OF_MOTION, WANTED
 from symoro_elastic.formats.toml.tables import Number, Table, is_not_finite
+from symoro_elastic.formats.toml.with_units import unit_in
 from symoro_elastic.machine.columns import AXES, CENTRAL, Column, declared_columns
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Closing, Joint, Kind, KnownOfBase, Orientation
@@ -47,7 +49,9 @@ def _value_and_unit(table: Table, key: str) -> tuple[Formula | None, str]:
             raise entry.fail(VALUE.name, f"{value} is not finite: leave out what is not known")
     if is_not_finite(value) and "nan" in value:
         return None, unit
-    return table.cell(value, key), unit
+    if unit_of_value := unit_in(value) if keys.is_text(value) else None:
+        unit = unit or unit_of_value.text
+    return replace(table, units=unit).cell(value, key), unit
 
 
 def _all_or_texts(table: Table, key: str) -> str | tuple[str, ...]:
@@ -66,7 +70,7 @@ UNIT = Key(
     "unit",
     keys.TEXT,
     "unit in kg, m, s, rad, N, J, W, Pa, Hz, as in N m/rad: formulas are checked by it, and it is printed; other text "
-    "is printed only, but mm, deg and the like are refused, because values are not converted",
+    'is printed only, but mm, deg and the like are refused: write them behind the value, as in value = "350 mm"',
     '"m"',
     default="",
     otherwise='""',

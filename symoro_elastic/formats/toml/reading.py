@@ -47,7 +47,7 @@ from symoro_elastic.formats.toml.scenes import scene_of
 from symoro_elastic.formats.toml.tables import Table, load
 from symoro_elastic.formats.toml.writing import BASE_PARAMETERS, GROUPED, write
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.columns import Column, Values, with_columns
+from symoro_elastic.machine.columns import Column, Dimension, Values, with_columns
 from symoro_elastic.machine.described import DescribedMachine, Origin, Request
 from symoro_elastic.machine.format_names import TOML
 from symoro_elastic.machine.formula import Formula
@@ -155,16 +155,22 @@ def _with_section(joint: Joint, section: str, table: Table) -> Joint:
     if section == "bodies":
         return replace(joint, body=body_of(table))
     table.only(section_of(section, Joint).names)
-    return with_columns(joint, _reader(table, section))
+    return with_columns(joint, _reader(table, section, joint.sigma))
 
 
-def _reader(table: Table, section: str) -> Callable[[Column, Values], Values]:
-    """Function that gives columns of the section their values in the table; other columns keep theirs."""
+def _reader(table: Table, section: str, sigma: int | None = None) -> Callable[[Column, Values], Values]:
+    """Function that gives columns of the section their values in the table; other columns keep theirs.
+
+    `sigma` is that of the joint; a rotor turns where the joint slides, too.
+    """
 
     def read(column: Column, values: Values) -> Values:
         if column.section != section:
             return values
-        found = key_of(column).read(table)
+        key = key_of(column)
+        if sigma is not None and column.dimension is not Dimension.ROTOR_INERTIA:
+            key = replace(key, unit=column.dimension.units[int(sigma == 1)])
+        found = key.read(table)
         return found if column.parts else (found,)
 
     return read

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from symoro_elastic.formats.joint_cells import formula, whole
+from symoro_elastic.formats.toml.with_units import in_si
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Vector3
@@ -71,11 +72,12 @@ def _check_keys(text: str, source: str) -> None:
 
 @dataclass(frozen=True)
 class Table:
-    """One table: its entries, its file and its place."""
+    """One table: its entries, its file and its place; `units` are those of the entry that is read ("rad or m")."""
 
     entries: dict[str, Any]
     source: str
     place: str = ""
+    units: str = ""
 
     def at(self, key: str) -> str:
         """The name of the place of one entry."""
@@ -98,7 +100,7 @@ class Table:
         found = self.entries.get(key, {})
         if not isinstance(found, dict):
             raise self.fail(key, "must be a table: { key = value, ... }")
-        return Table(found, self.source, self.at(key))
+        return Table(found, self.source, self.at(key), self.units)
 
     def tables(self, key: str) -> list[Table]:
         """The list of tables under `key`."""
@@ -164,7 +166,11 @@ class Table:
             raise self.fail(key, "must be a number, or a formula in quotes")
         if is_not_finite(value):
             raise self.fail(key, f"{value} is not finite")
-        return formula(value.replace("_", "") if isinstance(value, Number) else value, self.source, self.at(key))
+        if isinstance(value, Number):
+            value = value.replace("_", "")
+        elif isinstance(value, str):
+            value = in_si(value, self.units, self.source, self.at(key))
+        return formula(value, self.source, self.at(key))
 
 
 def is_not_finite(value: Any) -> bool:

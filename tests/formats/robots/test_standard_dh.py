@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -262,3 +263,13 @@ def test_tables_that_are_none_are_refused_by_their_place(text: str, why: str) ->
     with pytest.raises(InputError) as error:
         read(text)
     assert str(error.value).startswith(f"arm.csv: {why}")
+
+
+def test_a_table_of_semicolons_and_decimal_commas_is_that_of_commas() -> None:
+    rows = [line for line in TABLE.splitlines() if line.strip()]
+    assert all('"' not in line and ";" not in line for line in rows)
+    cells = [line.split(",") for line in rows]
+    commas = "\n".join(";".join(re.sub(r"(?<=\d)\.(?=\d)", ",", cell) for cell in row) for row in cells)
+    assert commas.count(",") > 3 and read(commas) == read(TABLE) == read("\n".join(map(";".join, cells)))
+    with pytest.raises(InputError, match=r"^arm\.csv: row \d: numbers with decimal commas and with decimal points"):
+        read(commas.replace(",", ".", 1))

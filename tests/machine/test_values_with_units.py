@@ -1,0 +1,159 @@
+"""Values with units in TOML: converted exactly, and checked by dimension."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+import symoro_elastic as se
+from symoro_elastic.formats.toml.with_units import in_si
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.quantities.scaled_units import PREFIXES, WORDS, scaled
+from tests.command_line import EXAMPLES, run
+
+MACHINE = """
+name = "u"
+gravity = [0, "-981 cm/s^2", 0]
+joints = [
+  { name = "a", kind = "motor", sigma = 0, alpha = "90 deg", d = "350 mm", theta = "q1" },
+  { name = "b", kind = "elastic", sigma = 1, alpha = "-30°", d = 0, r = "q2" },
+  { name = "t", kind = "fixed", d = "L", theta = "15deg" },
+]
+[parameters]
+L = "250 mm"
+M = { value = "1.5 t", unit = "kg" }
+k = "12 kN/mm"
+[bodies]
+a = { mass = "120 kg", center_of_mass = ["10 mm", 0, "2 cm"], inertia = ["1 kg m2", "2e6 g*mm^2", 1] }
+b = { mass = "M" }
+[springs]
+b = { stiffness = "8 N/um", damping = "3 N s/mm" }
+[motors]
+a = { rotor_inertia = "12 kg cm^2", ratio = 100 }
+[friction]
+a = { coulomb = "2 Nm", creep = "1 rpm" }
+[motion]
+duration = "250 ms"
+moves = [{ motor = "a", by = "45 deg", in = "0.1 s" }]
+[wanted]
+outputs = ["t.x"]
+tolerance = "10 um"
+"""
+IN_SI = {
+    '"-981 cm/s^2"': "-9.81",
+    '"90 deg"': '"pi/2"',
+    '"350 mm"': "0.35",
+    '"-30°"': '"-pi/6"',
+    '"15deg"': '"pi/12"',
+    '"250 mm"': '{ value = 0.25, unit = "m" }',
+    '"1.5 t"': "1500",
+    '"12 kN/mm"': '{ value = 12000000, unit = "N/m" }',
+    '"120 kg"': "120",
+    '"10 mm"': "0.01",
+    '"2 cm"': "0.02",
+    '"1 kg m2"': "1",
+    '"2e6 g*mm^2"': "0.002",
+    '"8 N/um"': "8000000",
+    '"3 N s/mm"': "3000",
+    '"12 kg cm^2"': "0.0012",
+    '"2 Nm"': "2",
+    '"1 rpm"': '"pi/30"',
+    '"250 ms"': "0.25",
+    '"45 deg"': '"pi/4"',
+    '"0.1 s"': "0.1",
+    '"10 um"': "1e-5",
+}
+
+
+def read(folder: Path, text: str) -> DescribedMachine:
+    path = folder / "u.toml"
+    path.write_text(text, encoding="utf-8")
+    return se.read(path, warn=lambda _: None)
+
+
+def test_a_machine_with_units_is_that_in_si_units(tmp_path: Path) -> None:
+    plain = MACHINE
+    for with_unit, si in IN_SI.items():
+        assert with_unit in plain
+        plain = plain.replace(with_unit, si)
+    found, expected = read(tmp_path, MACHINE), read(tmp_path, plain)
+    assert found == expected and found.asked == expected.asked
+    run("convert", tmp_path / "u.toml", tmp_path / "written.toml")
+    assert "deg" not in (tmp_path / "written.toml").read_text()
+
+
+def test_tables_of_python_take_units_too() -> None:
+    tables = {"name": "u", "joints": [{"name": "a", "kind": "motor", "sigma": 0, "theta": "q1", "d": "3 inch"}]}
+    assert se.read({**tables, "bodies": {"a": {"mass": 1}}}, warn=lambda _: None).joints[0].d.value() == 0.0762
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"120 kg"', '"120 m"', "joint 1 (a), mass: '120 m' is in m, where kg is needed"),
+        ('"120 kg"', '"120 deg"', "joint 1 (a), mass: '120 deg' is in rad, where kg is needed"),
+        ('"8 N/um"', '"8 kN m/rad"', "joint 2 (b), stiffness: '8 kN m/rad' is in N m/rad, where N/m is needed"),
+        ('"350 mm"', '"350 deg"', "joint 1 (a), d: '350 deg' is in rad, where m is needed"),
+        ('"90 deg"', '"90 mm"', "joint 1 (a), alpha: '90 mm' is in m, where rad is needed"),
+        ('"2 Nm"', '"2 N"', "joint 1 (a), coulomb: '2 N' is in N, where N m is needed"),
+        ('"250 ms"', '"2 Hz"', "motion, duration: '2 Hz' is in Hz, where s is needed"),
+        ('"1.5 t", unit = "kg"', '"1.5 t", unit = "m"', "parameters, M: '1.5 t' is in kg, where m is needed"),
+        ("ratio = 100", 'ratio = "100 m"', "joint 1 (a), ratio: '100 m' is in m, where rad/rad is needed"),
+        ('"120 kg"', '"120 kgs"', "joint 1 (a), mass: '120 kgs': 'kgs' is not expected here"),
+    ],
+)
+def test_another_dimension_is_refused(old: str, new: str, said: str, tmp_path: Path) -> None:
+    assert old in MACHINE
+    with pytest.raises(se.InputError) as error:
+        read(tmp_path, MACHINE.replace(old, new))
+    assert said in str(error.value)
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_no_formula_is_a_number_and_a_unit(word: str) -> None:
+    """So no file that was read before means something else now."""
+    for text in (f"2 {word}", f"2{word}", f"-2.5e3 {word}/s"):
+        with pytest.raises(FormulaError):
+            Formula.parse(text)
+
+
+def test_units_are_those_of_the_tables() -> None:
+    """Factors from the SI brochure and the definitions of inch and revolution, by hand."""
+    for unit, factor, si in (
+        ("nm", 1e-9, "m"), ("um", 1e-6, "m"), ("µm", 1e-6, "m"), ("km", 1e3, "m"), ("g", 1e-3, "kg"), ("Mg", 1e3, "kg"),
+        ("mN", 1e-3, "N"), ("GPa", 1e9, "Pa"), ("kJ", 1e3, "J"), ("kHz", 1e3, "Hz"), ("us", 1e-6, "s"),
+        ("min", 60, "s"), ("h", 3600, "s"), ("inch", 0.0254, "m"), ("mrad", 1e-3, "rad"),
+        ("Nmm", 1e-3, "N m"), ("N/mm", 1e3, "N/m"),
+        ("kg/(m s)", 1, "kg/(m s)"), ("mm2", 1e-6, "m2"),
+    ):  # fmt: skip
+        found = scaled(unit)
+        assert found is not None and (float(found.factor), found.pi, found.text) == (factor, 0, si), unit
+    for unit, factor in (("deg", math.pi / 180), ("rev", 2 * math.pi), ("rpm", 2 * math.pi / 60)):
+        found = scaled(unit)
+        assert found is not None and float(found.factor) * math.pi**found.pi == pytest.approx(factor, rel=1e-15)
+    assert scaled("kgs") is None and scaled("q1") is None and scaled("pi") is None
+    assert len(WORDS) > 8 * len(PREFIXES) and not WORDS.keys() & {"pi", "Pi", "sin", "cos", "tan", "sqrt", "e"}
+
+
+@pytest.mark.parametrize(
+    ("text", "si"),
+    [
+        ("0 deg", "0"), ("180 deg", "pi"), ("-90 deg", "-pi/2"), ("1 rev", "2*pi"), ("22.5 deg", "pi/8"),
+        ("0.1 mm", "0.0001"), ("1/3", "1/3"), ("2*L", "2*L"), ("1e-3", "1e-3"), ("5 1/deg", "5 1/deg"),
+    ],
+)  # fmt: skip
+def test_numbers_stay_exact(text: str, si: str) -> None:
+    assert in_si(text, "rad or m", "f", "p") == si
+
+
+def test_examples_hold_no_text_that_is_converted() -> None:
+    for path in EXAMPLES.glob("*.toml"):
+        for word in path.read_text().split('"')[1::2]:
+            try:
+                Formula.parse(word)
+            except FormulaError:
+                continue
+            assert in_si(word, "m", "f", "p") == word
