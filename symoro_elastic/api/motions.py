@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 
+NOTHING_TO_INTEGRATE = "every joint is a motor that follows exactly: leave it out, or give the motors servos"
 NEITHER = "choose even steps (--method, --step) or adapted ones (--adaptive)"
 
 
@@ -70,9 +71,14 @@ class Plan:
     ) -> Simulation:
         """Return one of the motions, simulated."""
         from symoro_elastic.analysis.simulation.adaptive import simulate_adaptively
+        from symoro_elastic.analysis.simulation.exact_following import follow, follows_exactly
         from symoro_elastic.analysis.simulation.simulate import simulate
 
         steps = self.integration
+        if follows_exactly(reference):
+            if steps.adaptive:
+                raise InputError("symoro-elastic", "--adaptive", NOTHING_TO_INTEGRATE)
+            return follow(reference, self.request)
         if steps.adaptive:
             return simulate_adaptively(reference, self.request, steps.events, steps.stop, announce, progress)
         return simulate(reference, self.request, announce, progress)

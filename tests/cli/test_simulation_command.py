@@ -289,11 +289,6 @@ def test_explicit_steps_beyond_their_limit_are_refused_with_the_largest() -> Non
     [
         (ODD["floating"].replace("body =", 'known = "acceleration"\nbody ='), "a", "base, known: the acceleration"),
         (ODD["all_elastic"], "a", "a has no motor"),
-        (
-            FILES["delta"].read_text(),
-            "arm_1",
-            "every joint is a motor that follows exactly: nothing is left to simulate. Give the motors servos",
-        ),
     ],
 )
 def test_machines_that_are_not_simulated_are_named(machine: str, motor: str, said: str) -> None:

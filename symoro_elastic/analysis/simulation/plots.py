@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,21 +20,45 @@ LEAST_OF_SPECTRUM = 1e-9
 
 @figures_of.register
 def _(found: Simulation) -> dict[str, Any]:
+    if found.is_exact:
+        return {**_of_outputs(found), **_of_motors(found), "energy": energies(found)}
     return {
-        "outputs": _over_time(found, found.outputs, "outputs"),
+        **_of_outputs(found),
+        **_of_motors(found),
         "deviation": _over_time(found, found.deviation, "deviation from the reference motion"),
         "spectrum": spectrum(found),
         "energy": energies(found),
     }
 
 
+def _of_outputs(found: Simulation) -> dict[str, Any]:
+    return {"outputs": _over_time(found, found.outputs, "outputs")}
+
+
+def _of_motors(found: Simulation) -> dict[str, Any]:
+    """Return torques and powers of the motors over time."""
+    units = [joint.force_unit for joint in found.reference.machine.motor_joints]
+    if not units:
+        return {}
+    motors = found.reference.motors
+    return {
+        "torques": _columns(found, motors, units, found.motion.tau, "torques and forces of the motors"),
+        "powers": _columns(found, motors, ["W"] * len(motors), found.powers, "powers of the motors"),
+    }
+
+
 def _over_time(found: Simulation, columns: Array, title: str) -> Any:
-    """Return columns (N, names) over time, one diagram for each unit."""
+    """Return columns (N, names) of the outputs over time, one diagram for each unit."""
     units = [unit_of(found.reference.machine, name) for name in found.names]
+    return _columns(found, found.names, units, columns, title)
+
+
+def _columns(found: Simulation, names: Sequence[str], units: Sequence[str], columns: Array, title: str) -> Any:
+    """Return columns (N, names) over time, one diagram for each unit."""
     shown = list(dict.fromkeys(units))
     figure = new_figure(8.0, 1.0 + 2.5 * len(shown))
     axes = np.atleast_1d(figure.subplots(len(shown), 1, sharex=True))
-    for k, (name, unit) in enumerate(zip(found.names, units, strict=True)):
+    for k, (name, unit) in enumerate(zip(names, units, strict=True)):
         axes[shown.index(unit)].plot(found.motion.t, columns[:, k], linewidth=0.9, label=name, color=f"C{k % 10}")
     for axis, unit in zip(axes, shown, strict=True):
         axis.set_ylabel(unit)

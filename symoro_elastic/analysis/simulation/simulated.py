@@ -12,6 +12,9 @@ from symoro_elastic.analysis.simulation.reference_motion import Motion, Referenc
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.results import Result
 
+EXACT = "exact"
+"""In the place of the method, where all motors follow exactly and nothing is integrated."""
+
 
 @dataclass(frozen=True, repr=False)
 class Simulation(Result):
@@ -46,6 +49,18 @@ class Simulation(Result):
         return all(self.errors[name] <= limit for name, limit in self.tolerance.items())
 
     @property
+    def is_exact(self) -> bool:
+        """Whether all motors follow exactly, so that nothing is integrated."""
+        return self.trajectory.method == EXACT
+
+    @property
+    def powers(self) -> Array:
+        """Power (N, m) of the motors, W."""
+        _, rates = self.reference.of_motors(self.motion)
+        found: Array = self.motion.tau * rates
+        return found
+
+    @property
     def steps_of_period(self) -> int:
         """Steps in a period of the controller; 0 where there is none."""
         return round(self.period / self.trajectory.step) if self.period else 0
@@ -55,4 +70,6 @@ class Simulation(Result):
         """Machine, motion, method and steps."""
         run = self.trajectory
         what = f"{self.motion.t[-1]:g} s by {run.steps} steps of {run.method}"
+        if self.is_exact:
+            what = f"{self.motion.t[-1]:g} s at {run.steps + 1} times, motors follow exactly"
         return f"Simulation of {self.reference.machine.name}: {self.reference.prescribed.place}, {what}"

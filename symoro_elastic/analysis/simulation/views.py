@@ -67,7 +67,32 @@ declare(Crossing, *map(Field, ("signal", "level", "t", "upwards")))
 @parts_of.register
 def _(found: Simulation) -> list[Part]:
     title = f"{found.reference.machine.name}: {found.reference.prescribed.place}, {found.motion.t[-1]:g} s"
-    return [table_of(Simulation, [found], title), _errors_table(found), *_lines(found)]
+    if found.is_exact:
+        said = (
+            f"every joint is a motor that follows exactly: torques of the inverse model at {len(found.motion.t)} times"
+        )
+        return [title, said, _motors_table(found), *_lines(found)]
+    return [table_of(Simulation, [found], title), _errors_table(found), _motors_table(found), *_lines(found)]
+
+
+def _motors_table(found: Simulation) -> Table:
+    """Return largest and effective torque, largest power and work of each motor, and its largest speed."""
+    table = Table(("motor", "largest torque", "effective", "largest speed", "largest power, W", "work, J"))
+    _, rates = found.reference.of_motors(found.motion)
+    powers, t = found.powers, found.motion.t
+    trapezoid = for_vibrations("scipy.integrate").trapezoid
+    for m, joint in enumerate(found.reference.machine.motor_joints):
+        tau = found.motion.tau[:, m]
+        effective = np.sqrt(trapezoid(tau**2, t) / t[-1])
+        table.add_row(
+            joint.name,
+            f"{np.abs(tau).max():.4g} {joint.force_unit}",
+            f"{effective:.4g}",
+            f"{np.abs(rates[:, m]).max():.4g} {joint.unit}/s",
+            f"{np.abs(powers[:, m]).max():.4g}",
+            f"{trapezoid(powers[:, m], t):.4g}",
+        )
+    return table
 
 
 @arrays_of.register
@@ -86,8 +111,9 @@ def _(found: Simulation) -> dict[str, Array]:
 
 @columns_of.register
 def _(found: Simulation) -> dict[str, Array]:
-    """Return the arrays, and the outputs."""
-    return {**found.arrays(), **dict(zip(found.names, found.outputs.T, strict=True))}
+    """Return the arrays, the powers of the motors, and the outputs."""
+    powers = dict(zip((f"power_{motor}" for motor in found.reference.motors), found.powers.T, strict=True))
+    return {**found.arrays(), **powers, **dict(zip(found.names, found.outputs.T, strict=True))}
 
 
 def _of_dependent_motors(found: Simulation) -> Iterator[tuple[str, Array, list[str]]]:

@@ -1,0 +1,70 @@
+"""Machines whose motors all follow exactly: torques, powers and energies of the motion, without integration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symoro_elastic as se
+from tests.closed_chains.machines import FILES
+from tests.command_line import EXAMPLES, ended, refused, run
+
+pytest.importorskip("scipy")
+
+ARM = EXAMPLES / "planar_2r.toml"
+MOTION = {
+    "duration": 1.0,
+    "moves": [{"motor": "shoulder", "by": 0.5, "in": 0.8}, {"motor": "elbow", "by": -0.3, "in": 0.6}],
+}
+
+
+def test_torques_are_those_of_the_inverse_model() -> None:
+    (found,) = se.simulate(ARM, {"motion": MOTION})
+    model, motion = se.load(ARM, "inverse_dynamics"), found.motion
+    for k in range(0, len(motion.t), 50):
+        tau = model.inverse_dynamics(motion.q[k], motion.qd[k], motion.qdd[k])
+        tau = tau[0] if isinstance(tau, tuple) else tau
+        np.testing.assert_allclose(motion.tau[k], tau, rtol=1e-13, atol=1e-13)
+    assert found.names == ("shoulder.tau", "elbow.tau") and np.array_equal(found.outputs, motion.tau)
+    assert found.is_exact and found.is_within and not found.deviation.any()
+    np.testing.assert_allclose(motion.q[[0, -1]], [[0.0, 0.0], [0.5, -0.3]], rtol=1e-14)
+    np.testing.assert_array_equal(found.powers, motion.tau * motion.qd)
+    assert {"power_shoulder", "tau_elbow", "elbow.tau"} <= {*found.frame().columns}
+
+
+@pytest.mark.parametrize("machine", ["planar_2r", "delta", "five_bar"])
+def test_what_motors_put_in_is_stored(machine: str) -> None:
+    """The energy model does not know of torques: its change is their work, by Simpson's rule."""
+    path: Path | str = ARM if machine == "planar_2r" else FILES[machine]
+    motors = [joint.name for joint in se.read(path, warn=lambda _: None).motor_joints]
+    tables = {"motion": {"duration": 0.5, "moves": [{"motor": name, "by": 0.05, "in": 0.4} for name in motors]}}
+    (found,) = se.simulate(path, tables)
+    energy = found.energy
+    assert energy.largest > 1e-4 and abs(energy.left_over) <= 1e-7 * max(energy.largest, abs(energy.stored))
+
+
+def test_forces_on_frames_are_carried_by_the_motors() -> None:
+    force = {"at": "tip", "fy": 100.0, "in": 0.1}
+    (found,) = se.simulate(ARM, {"motion": {**MOTION, "forces": [force]}})
+    (free,) = se.simulate(ARM, {"motion": MOTION})
+    (q1, q2), l1, l2 = found.motion.q[-1], 0.4, 0.3
+    tip = np.array([l1 * np.cos(q1) + l2 * np.cos(q1 + q2), l2 * np.cos(q1 + q2)])
+    np.testing.assert_allclose(found.motion.tau[-1] - free.motion.tau[-1], -100.0 * tip, rtol=1e-12)
+
+
+def test_the_command_writes_and_draws_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("move.toml").write_text(
+        '[motion]\nduration = 1\nmoves = [{ motor = "shoulder", by = 0.5, in = 0.8 }]\n[wanted]\noutputs = ["tip.x"]\n'
+    )
+    asked = ("simulate", ARM, "--scene", "move.toml")
+    out = run(*asked, "--step", "0.01", "--out", "move.csv", "--plots", "plots").stdout
+    assert "every joint is a motor that follows exactly" in out and "largest power, W" in out and "J put in" in out
+    assert len(Path("move.csv").read_text().splitlines()) == 102
+    assert {path.stem for path in Path("plots").iterdir()} == {"outputs", "torques", "powers", "energy"}
+    assert ended(*asked, "--json").code == 0 and run(*asked, "--json").stdout.count('"method": "exact"') == 1
+    assert "--adaptive: every joint is a motor that follows exactly" in refused(*asked, "--adaptive")
+    assert "--method: every joint is a motor that follows exactly" in refused(*asked, "--method", "rk4")
+    assert "--step: 0 s is not a time" in refused(*asked, "--step", "0")
