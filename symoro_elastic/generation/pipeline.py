@@ -31,7 +31,7 @@ from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import free_name, quote, why_reserved
+from symoro_elastic.machine.names import free_name, quote, why_no_machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import AUTO, Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
@@ -124,7 +124,7 @@ def prepare_machine(
 def refuse_name(name: str, place: str) -> None:
     """Raise `InputError` for a name that no machine may have."""
     words = reserved_words()
-    if reason := why_reserved(name, words):
+    if reason := why_no_machine(name, words):
         what = f"the name {quote(name)} cannot be used: {reason}; {free_name(name, words)!r} is free"
         raise InputError("symoro-elastic", place, what)
 

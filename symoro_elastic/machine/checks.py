@@ -16,7 +16,18 @@ from symoro_elastic.machine.formula_units import Mismatch, mismatches
 from symoro_elastic.machine.joints import SELECTED
 from symoro_elastic.machine.loop_checks import cut_faults, loop_faults, loop_warnings, missing_rows, start_faults
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.machine.names import IMPORTED, IN_USE, NONE, Reasons, did_you_mean, free_name, quote, why_reserved
+from symoro_elastic.machine.names import (
+    IMPORTED,
+    IN_USE,
+    NONE,
+    Reasons,
+    did_you_mean,
+    free_name,
+    quote,
+    why_no_joint,
+    why_no_machine,
+    why_reserved,
+)
 from symoro_elastic.machine.plausibility import warnings
 from symoro_elastic.machine.resolve import Models, resolve
 from symoro_elastic.quantities.units import Powers, in_base_units
@@ -122,8 +133,8 @@ def _check_names(machine: DescribedMachine, taken: Reasons) -> None:
     parameters = [("parameters", parameter.name) for parameter in machine.parameters]
     for place, name in [("name", machine.name), *joints, *variables, *parameters]:
         words = {**taken, **dict.fromkeys(IMPORTED, IN_USE)} if place == "name" else taken
-        reason = why_reserved(name, words)
-        if reason:
+        why = why_no_machine if place == "name" else why_no_joint if place.endswith(", name") else why_reserved
+        if reason := why(name, words):
             origin = f" ({machine.origin.of_name})" if place == "name" and machine.origin.of_name else ""
             what = f"the name {quote(name)} cannot be used: {reason}; {free_name(name, words)!r} is free{origin}"
             raise machine.error(place, what)

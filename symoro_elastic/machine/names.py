@@ -24,6 +24,9 @@ IN_USE = "generated code uses this name"
 IMPORTED = _words("math np numpy")
 """Modules that generated Python imports: no machine is called so."""
 FORMULA = _words("pi Pi sin cos tan sqrt atan2 nan inf NaN Inf infinity")
+MACROS_OF_COMPILERS = _words("near far huge interrupt linux unix main")
+"""Reserved words that may begin names, as `far_direct_dynamics` does."""
+ALL_JOINTS = "all"
 LIBRARY = "the standard libraries of C or Python use this name"
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII)
 _MACRO = re.compile(
@@ -34,31 +37,49 @@ _MACRO = re.compile(
 
 
 def why_reserved(name: str, taken: Reasons = NONE) -> str | None:
-    """Reason why `name` is not a valid name of a parameter, joint variable, joint or machine; None if valid.
+    """Reason why `name` is not a valid name of a parameter or joint variable; None if valid.
 
     `taken` holds names that models give to what they generate, and words of the languages of targets.
     """
+    if reason := _why_no_word(name):
+        return reason
+    if name in taken:
+        return taken[name]
+    return LIBRARY if _MACRO.fullmatch(name) else _why_in_use(name)
+
+
+def why_no_joint(name: str, taken: Reasons = NONE) -> str | None:
+    """Reason why `name` is not a valid name of a joint, which generated code has in texts and comments only."""
+    if name == ALL_JOINTS:
+        return "options use this name for all joints"
+    in_use = IN_USE if taken.get(name) == IN_USE else None
+    return _why_no_word(name) or in_use or _why_in_use(name)
+
+
+def why_no_machine(name: str, taken: Reasons = NONE) -> str | None:
+    """Reason why `name` is not a valid name of a machine, with which names in generated code begin."""
+    words = {**taken, **dict.fromkeys(IMPORTED, IN_USE)}
+    return why_reserved(name, {word: reason for word, reason in words.items() if word not in MACROS_OF_COMPILERS})
+
+
+def _why_no_word(name: str) -> str | None:
     if len(name) > MAX_NAME:
         return f"a name has at most {MAX_NAME} characters"
     if not _IDENTIFIER.fullmatch(name):
         return "a name is made of ASCII letters, digits and underscores, and starts with a letter"
     if "__" in name:
         return "a name with two underscores in a row belongs to the C++ compiler"
-    if name in FORMULA:
-        return "formulas use this name"
-    if name in taken:
-        return taken[name]
-    if _MACRO.fullmatch(name):
-        return LIBRARY
+    return "formulas use this name" if name in FORMULA else None
+
+
+def _why_in_use(name: str) -> str | None:
     if name in words():
         return IN_USE
-    if is_intermediate(name):
-        return "generated code names an intermediate quantity so"
-    return None
+    return "generated code names an intermediate quantity so" if is_intermediate(name) else None
 
 
 def free_name(name: str, taken: Reasons = NONE) -> str:
-    """A valid name like one that is not valid."""
+    """A valid name, of whatever it is, like one that is not valid."""
     stem = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_")[: MAX_NAME - 3] or "x"
     stem = stem if stem[0].isalpha() else f"x{stem}"
     candidates = (stem, f"{stem}_", f"{stem}1", f"my_{stem}", f"my_{stem}_1")

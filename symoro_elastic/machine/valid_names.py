@@ -8,7 +8,17 @@ from itertools import count
 
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.loops import Loop
-from symoro_elastic.machine.names import IMPORTED, IN_USE, NONE, Reasons, free_name, quote, why_reserved
+from symoro_elastic.machine.names import (
+    IMPORTED,
+    IN_USE,
+    NONE,
+    Reasons,
+    free_name,
+    quote,
+    why_no_joint,
+    why_no_machine,
+    why_reserved,
+)
 
 
 def with_valid_names(machine: DescribedMachine, taken: Reasons = NONE) -> DescribedMachine:
@@ -20,14 +30,14 @@ def with_valid_names(machine: DescribedMachine, taken: Reasons = NONE) -> Descri
     used: dict[str, int] = {}
     new = {j: joint.name for j, joint in enumerate(machine.joints)}
     for j, name in new.items():
-        if why_reserved(name, taken) is None and name not in used and variables.get(name, j) == j:
+        if why_no_joint(name, taken) is None and name not in used and variables.get(name, j) == j:
             used[name] = j
     for j, name in new.items():
         if used.get(name) != j:
             new[j] = next(one for one in _candidates(name, taken) if one not in used and one not in variables)
             used[new[j]] = j
     own = {**taken, **dict.fromkeys(IMPORTED, IN_USE)}
-    title = machine.name if why_reserved(machine.name, own) is None else next(_candidates(machine.name, own))
+    title = machine.name if why_no_machine(machine.name, taken) is None else next(_candidates(machine.name, own))
     changed = [(machine.name, title)] * (title != machine.name)
     changed += [(joint.name, new[j]) for j, joint in enumerate(machine.joints) if new[j] != joint.name]
     joints = tuple(replace(joint, name=new[j]) for j, joint in enumerate(machine.joints))

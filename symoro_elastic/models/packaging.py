@@ -14,7 +14,7 @@ from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
 from symoro_elastic.machine.arguments import arguments, known_of_base
 from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
 from symoro_elastic.machine.machine import Joint, Kind, Machine
-from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons
+from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons, why_no_joint, why_no_machine
 from symoro_elastic.machine.scene import RequestedPart
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
 from symoro_elastic.models.model import Pivots
@@ -158,9 +158,11 @@ def refuse_taken_names(machine: Machine) -> None:
     """Raise `InputError` for a name of the machine that a language or its libraries use, or a model."""
     words = reserved_words()
     used = [p.name for p in machine.parameters] + [joint.variable for joint in machine.joints if joint.variable]
-    for name in (machine.name, *(joint.name for joint in machine.joints), *used):
-        if name in words:
-            raise machine.error(name, f"{words[name]}: choose another")
+    rules = [(why_no_machine, [machine.name]), (why_no_joint, [joint.name for joint in machine.joints])]
+    faults = [(name, why(name, words)) for why, names in rules for name in names if name in words]
+    for name, reason in (*faults, *((name, words.get(name)) for name in used)):
+        if reason:
+            raise machine.error(name, f"{reason}: choose another")
 
 
 # Named numbers of a machine, with meaning and unit: cells of its table, and quantities that turn out constant.

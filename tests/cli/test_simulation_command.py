@@ -140,7 +140,8 @@ def test_identify_reads_what_is_written_and_finds_the_masses() -> None:
 @pytest.mark.thorough
 def test_compare_reads_what_is_written_and_plots_are_drawn() -> None:
     run("simulate", *scene(), "--step", "1e-3", "--out", "move.npz", "--plots", "plots")
-    assert {path.stem for path in Path("plots").iterdir()} == {"outputs", "deviation", "spectrum", "energy"}
+    named = {"outputs", "deviation", "torques", "powers", "spectrum", "energy"}
+    assert {path.stem for path in Path("plots").iterdir()} == named
     found = json.loads(run("compare", "drive.toml", "--motion", "move.npz", "--json").stdout)
     assert "move.npz" in json.dumps(found)
 
@@ -226,7 +227,6 @@ def test_adapted_steps_take_forces() -> None:
         ),
         (MOTION, ("--adaptive", "--event", "moter.q=1"), "no joint 'moter' moves"),
         ("", (), "scene.toml: motion: missing: write a table [motion] with duration and moves"),
-        (MOTION + "[scene]\nlocked = { load = 0 }\n", (), "motion, servo: every joint is a motor that follows exactly"),
         (MOTION + "[scene]\nlocked = { motor = 0 }\n", (), "motor is locked by the scene"),
     ],
 )

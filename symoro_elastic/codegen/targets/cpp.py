@@ -138,7 +138,7 @@ class HeaderText:
 
 def namespace_of(name: str) -> str:
     """The namespace of a machine: its name, with an underscore where the standard library has that name."""
-    is_global = name in GLOBAL or VARIANT.sub("", name) in GLOBAL or name.endswith("_t")
+    is_global = name in GLOBAL | LIBRARY or VARIANT.sub("", name) in GLOBAL or name.endswith("_t")
     return f"{name}_" if is_global else name
 
 
