@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from symoro_elastic.foundation.shipped import examples
 from symoro_elastic.generation import pipeline
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.freed import SECTIONS
+from symoro_elastic.machine.left_out_parts import PARTS, without
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 
@@ -92,10 +93,17 @@ def the_machine(machine: MachineLike, values: Values = NO_VALUES) -> DescribedMa
     return with_values(whole, dict(values)) if values else whole
 
 
-def write(machine: MachineLike, path: str | Path, *, force: bool = False) -> Path:
-    """Write a machine in the format of the suffix, and return the path; an existing file is replaced if `force`."""
+def write(machine: MachineLike, path: str | Path, *, drop: Sequence[str] = (), force: bool = False) -> Path:
+    """Write a machine in the format of the suffix, and return the path; an existing file is replaced if `force`.
+
+    `drop` are parts that are left out, for URDF: "rotors", "springs" (elastic joints are fixed where these are
+    neutral); a `MachineWarning` names the joints.
+    """
+    kept, remarks = without(the_machine(machine), among(drop, PARTS, "--drop"))
     with permission(force=force):
-        write_machine(the_machine(machine), path)
+        write_machine(kept, path)
+    for remark in remarks:
+        warn(remark)
     return Path(path)
 
 

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from symoro_elastic.api import kinds
+from symoro_elastic.api.declaration import Options, option
 from symoro_elastic.api.options import Drawing, Reading
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, OutputMachine, takes, writes
 from symoro_elastic.cli.output import line_width, print_json, print_table
 from symoro_elastic.cli.reading import note, read, scene_of
+from symoro_elastic.foundation.errors import among
 from symoro_elastic.foundation.file_forms import PICTURES
 
 if TYPE_CHECKING:
@@ -128,6 +131,21 @@ def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, dege
     click.echo("\n".join(f"degenerate: {message}" for message in degenerate) or "no degenerate joints")
 
 
+def _parts() -> Iterable[str]:
+    from symoro_elastic.machine.left_out_parts import PARTS
+
+    return PARTS
+
+
+class Dropping(Options):
+    """What is left out of the machine that is written."""
+
+    drop: Sequence[str] = option(
+        (), "PARTS", "Leave out parts that URDF has not: {names}; without springs elastic joints are fixed where these "
+        "are neutral.", kinds.WORDS, names=_parts,
+    )  # fmt: skip
+
+
 CONVERT = f"""Convert MACHINE to the format of FILE.
 
 FILE ends in {" or ".join(WRITABLE)}. Robots in URDF get a table of geometric parameters. It is exact but for rounding;
@@ -139,13 +157,18 @@ FILE ends in {" or ".join(WRITABLE)}. Robots in URDF get a table of geometric pa
 @MACHINE
 @click.argument("file", metavar="FILE", type=OutputMachine())
 @takes(Reading, "reading", "base", "snap", "elastic")
+@takes(Dropping, "dropping")
 @writes
-def convert(machine: str, file: str, reading: Reading) -> None:
+def convert(machine: str, file: str, reading: Reading, dropping: Dropping) -> None:
     """Convert a machine file to another format."""
     from symoro_elastic.formats import write_machine
+    from symoro_elastic.machine.left_out_parts import PARTS, without
 
-    whole = read(machine, reading)
-    write_machine(whole.with_notes(*whole.origin.remarks), file)
+    dropped = among(dropping.drop, PARTS, "--drop")
+    kept, remarks = without(read(machine, reading), dropped)
+    write_machine(kept.with_notes(*kept.origin.remarks, *remarks), file)
+    for remark in remarks:
+        note(remark)
     click.echo(f"wrote {file}")
 
 

@@ -29,8 +29,8 @@ FAR = "1e9"
 """Limits of a prismatic joint, which URDF demands: none."""
 EXPRESSED = (Kind.MOTOR, Kind.COUPLED, Kind.FIXED)
 NOT_EXPRESSED = {
-    "springs": "URDF has no springs: lock the joint, or write .toml",
-    "motors": "URDF has no rotors: leave it out, or write .toml",
+    "springs": "URDF has no springs: write .toml, or leave them out by --drop springs",
+    "motors": "URDF has no rotors: write .toml, or leave them out by --drop rotors",
     "wrenches": "URDF has no forces on bodies: leave them out, or write .toml",
 }
 

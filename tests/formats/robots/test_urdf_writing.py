@@ -124,7 +124,7 @@ def test_links_of_the_base_have_names_that_are_free() -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        (SOFT, "joint 1 (a), kind: elastic: URDF has no springs: lock the joint"),
+        (SOFT, "joint 1 (a), kind: elastic: URDF has no springs: write .toml"),
         (RIGID.replace("motor", "passive"), "joint 1 (a), kind: passive: URDF cannot say which joint has no motor"),
         (RIGID + "[motors]\nb = { rotor_inertia = 1 }\n", "joint 2 (b), rotor_inertia: URDF has no rotors"),
         (RIGID + "[wrenches]\nb = { force = [0, 1, 0] }\n", "joint 2 (b), force y: URDF has no forces on bodies"),
