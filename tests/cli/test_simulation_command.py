@@ -115,7 +115,7 @@ def test_several_motions_have_a_block_and_files_each() -> None:
     text = run("simulate", *scene(two), "--step", "1e-3", "--out", "move.csv").stdout
     assert "motion 1" in text and "motion 2" in text and not Path("move.csv").exists()
     assert columns("move_1.csv")["q_motor"][-1] == 0.05 and columns("move_2.csv")["q_motor"][-1] == 0.02
-    assert "move_1.csv: file: exists already" in refused("simulate", *scene(two), "--out", "move.csv")
+    assert "move_1.csv: --out: exists already" in refused("simulate", *scene(two), "--out", "move.csv")
 
 
 def test_identify_reads_what_is_written_and_finds_the_masses() -> None:
