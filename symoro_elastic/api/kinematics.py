@@ -12,6 +12,7 @@ from symoro_elastic.api.loaded import LoadedModel, load
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Locating
 from symoro_elastic.api.rows import MachineLike
+from symoro_elastic.foundation.errors import placed
 from symoro_elastic.machine.scene import COMPONENTS, RequestedPart
 
 if TYPE_CHECKING:
@@ -46,7 +47,8 @@ def singularities(machine: MachineLike, options: Locating) -> Singularities:
     asked = [*options.components] or [whole.joints[-1].name]
     frame = str(replace(RequestedPart.parse(asked[0]), component=""))
     only = {"jacobian_determinant": asked, "inverse_jacobian": asked, "jacobian": [frame]}
-    model = load(whole, *only, only=only, scene=options.scene)
+    with placed({"--only, jacobian_determinant": "--component"}):
+        model = load(whole, *only, only=only, scene=options.scene)
     of_one = {"jacobian_determinant": asked}
     symbolic = load(whole, *of_one, only=of_one, scene=options.scene, backend="sympy")
     (inverse,) = (f.results[0] for f in model.package.functions if f.name == "inverse_jacobian")
