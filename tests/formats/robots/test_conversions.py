@@ -183,6 +183,6 @@ def test_valid_names_stay() -> None:
 
 
 def test_what_follows_keeps_its_variable_when_names_change() -> None:
-    rows = (Joint("for", 0, Kind.MOTOR, 0, "q1"), Joint("if", 1, Kind.COUPLED, 0, theta=Formula.parse("2*q1")))
+    rows = (Joint("tau", 0, Kind.MOTOR, 0, "q1"), Joint("all", 1, Kind.COUPLED, 0, theta=Formula.parse("2*q1")))
     found = with_valid_names(DescribedMachine("robot", rows), reserved_words())
-    assert [row.name for row in found.joints] == ["for_", "if_"] and found.joints[1].theta.text == "2*q1"
+    assert [row.name for row in found.joints] == ["tau_", "all_"] and found.joints[1].theta.text == "2*q1"
