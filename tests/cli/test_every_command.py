@@ -65,6 +65,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "convert": (("other.par",), ("other.toml", "--base", "--force")),
     **{"models": (), "new": (), "formats": (), "schema": ()},
     "equations": (("--model", "inertia_matrix"), ("--model", "inverse_dynamics", "--format", "html")),
+    "singularities": ((), ("--component", "a.x")),
     "generate": ((), ("--base", "--force"), ("--form", "auto", "--force")),
     "report": (("--out", "pages", "--force"),),
     "check": (("--model", "inverse_dynamics"),),
@@ -163,6 +164,7 @@ JSON: dict[str, tuple[str, ...]] = {
 }
 SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),
+    "singularities": ("--component", "tip.x", "--component", "tip.y"),
     "trade": ("--effort", "quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),
     "ladder": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml")),
