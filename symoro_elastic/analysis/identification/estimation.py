@@ -42,7 +42,7 @@ class Verdict(StrEnum):
 @dataclass(frozen=True)
 class Unknown:
     """A parameter or group to estimate: label, formula over the parameters, unit, name of its joint, true value if
-    known (NaN if not), and its quantity (`K`, `FV`, `M`...)."""
+    known (NaN if not), its quantity (`K`, `FV`, `M`...), and the value about which its column is linear."""
 
     label: str
     formula: str
@@ -50,6 +50,7 @@ class Unknown:
     joint: str
     quantity: str
     nominal: float = math.nan
+    about: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,12 @@ class Estimation:
 
 
 def solve(
-    Y: Array, tau: Array, rounds: int = WEIGHTINGS, noise: Sequence[Array] = (), correlation: Sequence[float] = (1.0,)
+    Y: Array,
+    tau: Array,
+    rounds: int = WEIGHTINGS,
+    noise: Sequence[Array] = (),
+    correlation: Sequence[float] = (1.0,),
+    repeating: bool = False,
 ) -> LeastSquares:
     """Return the weighted least squares solution of Y (samples, n, c) X = tau (samples, n).
 
@@ -122,27 +128,31 @@ def solve(
 
     Noise of the positions is in Y too and pulls X towards zero, most where the left side is zero (elastic joints).
     `noise` are noises of Y of the same law; with N the mean of their N^T N, X = (Y^T Y - N)^-1 Y^T tau is free of
-    that pull (bias-compensated least squares, Soederstrom 2007).
+    that pull (bias-compensated least squares, Soederstrom 2007). Noises are `repeating` where a motion that repeats
+    repeats them, as the staircase of an encoder.
     """
     first: Array | None = None
     sigma = np.ones(Y.shape[1])
     for _ in range(rounds + 1):
         X = _weighted(Y, tau, sigma, noise)[0]
-        found = _law(Y, tau, X, sigma, noise, correlation)
+        found = _law(Y, tau, X, sigma, noise, correlation, repeating)
         deviations = sigma * np.sqrt(found.variance)
         first = deviations if first is None else first
         sigma = np.maximum(deviations, np.maximum(_smallest(Y, X, tau, deviations), COLLAPSE * first))
     X, spread, condition, share = _weighted(Y, tau, sigma, noise)
     predicted = Y @ X
-    found = _law(Y, tau, X, sigma, noise, correlation)
+    found = _law(Y, tau, X, sigma, noise, correlation, repeating)
     raised = colours(found, (tau - predicted) / sigma)
     covariance = spread @ found.scaled(raised).of_scores(Y / sigma[:, None]) @ spread
     return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, raised)
 
 
-def _law(Y: Array, tau: Array, X: Array, sigma: Array, noise: Sequence[Array], correlation: Sequence[float]) -> Noise:
+def _law(
+    Y: Array, tau: Array, X: Array, sigma: Array, noise: Sequence[Array], correlation: Sequence[float], repeating: bool
+) -> Noise:
     """Return the noise of the rows over sigma."""
-    return residual_noise(Y / sigma[:, None], (tau - Y @ X) / sigma, [D @ X / sigma for D in noise], correlation)
+    positions = [D @ X / sigma for D in noise]
+    return residual_noise(Y / sigma[:, None], (tau - Y @ X) / sigma, positions, correlation, repeating)
 
 
 def _smallest(Y: Array, X: Array, tau: Array, deviations: Array) -> Array:
@@ -190,6 +200,7 @@ def estimate(
     tolerance: float = FROM_DATA,
     noise: Sequence[Array] = (),
     correlation: Sequence[float] = (1.0,),
+    repeating: bool = False,
     source: str = "measurements",
 ) -> Estimation:
     """Estimate the unknowns, one for each column of Y (samples, n, c), from tau (samples, n).
@@ -199,11 +210,13 @@ def estimate(
     """
     rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
     refuse_short(rows, len(unknowns), correlation, source)
-    grouping = independent_columns(_balanced(Y), tolerance)
+    grouping = independent_columns(balanced(Y), tolerance)
     if not grouping.kept:
         raise InputError(source, "q", "this motion excites no parameter: move every joint, and move it faster")
     kept = list(grouping.kept)
-    solution = solve(Y[:, :, kept], tau, noise=[D[:, :, kept] for D in noise], correlation=correlation)
+    solution = solve(
+        Y[:, :, kept], tau, noise=[D[:, :, kept] for D in noise], correlation=correlation, repeating=repeating
+    )
     names = {j: joints[j] for j in still}
     hidden = _hidden(Y[:, :, kept], tau, solution, joints)
     estimates = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
@@ -238,7 +251,7 @@ def refuse_short(rows: int, parameters: int, correlation: Sequence[float], sourc
         raise InputError(source, "t", f"{what}: measure longer, or give known values")
 
 
-def _balanced(Y: Array) -> Array:
+def balanced(Y: Array) -> Array:
     """Return rows of each joint divided by their largest column, so that all joints count alike in the rank."""
     size = np.sqrt((Y**2).mean(axis=0)).max(axis=1, initial=0.0)
     balanced: Array = (Y / np.where(size > 0, size, 1.0)[:, None]).reshape(-1, Y.shape[2])
@@ -254,7 +267,7 @@ def _judged(
     Y: Array,
     hidden: dict[int, str],
 ) -> Estimate:
-    value, std = float(solution.X[k]), float(solution.std[k])
+    value, std = unknowns[c].about + float(solution.X[k]), float(solution.std[k])
     if k in hidden:
         return Estimate(unknowns[c], math.nan, math.nan, Verdict.NOT, hidden[k])
     reason = ""

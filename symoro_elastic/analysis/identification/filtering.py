@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.analysis.time_series.resolution import density_of_staircase, resolution_of, staircase
 from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_identification
@@ -31,6 +32,8 @@ REVERSAL_REACH = 0.5  # periods of the Butterworth cut-off
 FEWEST_OPEN = 0.2  # of the window that is not left out
 HIGHEST_CUTOFF = 0.9  # of the Nyquist frequency
 TWINS = (0.5, 0.25)  # of the sampling frequency: modulation that makes noise of the same law
+STAIRCASES = 3  # twins of an encoder's staircase
+MOST_BESIDE = 2.0  # variance of an encoder's noise over that of its staircase alone
 CLEAR_OF_MOTION = 4.0  # modulations over the Butterworth cut-off
 
 
@@ -90,7 +93,8 @@ class FilteredMotion:
     """q, qd, qdd (N, n) of the moving joints, tau (N, m) of the motors; SI units, radians.
 
     `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0. `twins` are noises
-    of q, qd, qdd of the same law as that which the filter left in them, and independent of it.
+    of q, qd, qdd of the same law as that which the filter left in them, and independent of it; `repeating` where they
+    are those of encoders' staircases, which repeat with the motion.
     """
 
     t: Array
@@ -100,6 +104,7 @@ class FilteredMotion:
     tau: Array
     still: tuple[int, ...] = ()
     twins: tuple[tuple[Array, Array, Array], ...] = ()
+    repeating: bool = False
 
     def part(self, piece: slice) -> tuple[Array, Array, Array]:
         """Return some samples of q, qd, qdd."""
@@ -136,19 +141,28 @@ def _bandwidth(measured: Measurements, motors: Sequence[int]) -> float:
 def bandwidth_of(x: Array, period: float) -> float:
     """Return the frequency in Hz below which 99 % of the energy of x's derivative lies, noise left out.
 
-    The floor of the spectrum is its median over the upper half of the frequencies.
+    The floor of the spectrum is its median over the upper half of the frequencies, or that of the encoder's staircase.
     """
     n = len(x)
     line = np.linspace(x[0], x[-1], n)
     spectrum = np.abs(np.fft.rfft((x - line) * np.hanning(n))) ** 2
     frequencies = np.fft.rfftfreq(n, period)
     floor = float(np.median(spectrum[len(spectrum) // 2 :]))
+    if step := resolution_of(x):
+        crowded = _crowding(spectrum[len(spectrum) // 2 :])
+        floor = max(floor, crowded * density_of_staircase(x, step) * float((np.hanning(n) ** 2).sum()))
     power = np.where(spectrum > OVER_NOISE * floor, spectrum, 0.0) * frequencies**2
     lowest = float(frequencies[min(2, len(frequencies) - 1)])
     if not power.any():
         return lowest
     reached = np.searchsorted(np.cumsum(power), ENERGY * power.sum())
     return max(lowest, float(frequencies[min(int(reached), n // 2)]))
+
+
+def _crowding(spectrum: Array) -> float:
+    """Return into how few lines the energy of noise is crowded, as where a staircase repeats; 1 for white noise."""
+    mean = float(spectrum.mean())
+    return max(1.0, float((spectrum**2).mean()) / (2 * mean**2)) if mean else 1.0
 
 
 def differentiate(x: Array, period: float) -> tuple[Array, Array]:
@@ -211,12 +225,13 @@ def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
         raise InputError(record.source, "t", what)
     cut = slice(chosen.trim, len(record.t) - chosen.trim)
     q, qd, qdd = _derivatives(record, chosen)
-    twins = [_derivatives(_modulated(record, chosen, share), chosen) for share in _carriers(chosen)]
+    noises, repeating = _twins(record, chosen)
+    twins = [_derivatives(twin, chosen) for twin in noises]
     still = list(_still(q, record.q[cut] - q))
     q[:, still] = q[:, still].mean(axis=0)
     for rates in (qd, qdd, *(x for twin in twins for x in twin)):
         rates[:, still] = 0.0
-    return FilteredMotion(record.t[cut], q, qd, qdd, record.tau[cut], tuple(still), tuple(twins))
+    return FilteredMotion(record.t[cut], q, qd, qdd, record.tau[cut], tuple(still), tuple(twins), repeating)
 
 
 def _derivatives(record: Measurements, chosen: Filter) -> tuple[Array, Array, Array]:
@@ -236,6 +251,49 @@ def _derivatives(record: Measurements, chosen: Filter) -> tuple[Array, Array, Ar
 def _carriers(chosen: Filter) -> list[float]:
     """Return the frequencies of modulation that keep clear of the motion, of the sampling frequency."""
     return [share for share in TWINS if share * chosen.sampling >= CLEAR_OF_MOTION * chosen.cutoff]
+
+
+def _twins(record: Measurements, chosen: Filter) -> tuple[list[Measurements], bool]:
+    """Return records of noise of the same law as that of a record, and independent of it; whether some is repeating.
+
+    Of encoders whose staircase is most of the noise they are the staircases of other zeros along the same motion.
+    """
+    smoothed, carriers = smooth(record.q, chosen), _carriers(chosen)
+    stairs = {k: _staircases(record.q[:, k], smoothed[:, k], k, chosen) for k in range(record.q.shape[1])}
+    stairs = {k: errors for k, errors in stairs.items() if errors}
+    if not stairs:
+        return [_modulated(record, chosen, share) for share in carriers], False
+    twins = []
+    for i in range(STAIRCASES):
+        twin = _modulated(record, chosen, carriers[i % len(carriers)]) if carriers else _silent(record)
+        for k, errors in stairs.items():
+            twin.q[:, k] = errors[i]
+        twins.append(twin)
+    return twins, True
+
+
+def _silent(record: Measurements) -> Measurements:
+    """Return a record that is zero."""
+    qd, qdd = (None if x is None else np.zeros_like(x) for x in (record.qd, record.qdd))
+    return replace(record, q=np.zeros_like(record.q), qd=qd, qdd=qdd)
+
+
+def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter) -> list[Array]:
+    """Return errors of an encoder of the same steps and other zeros; none where there is more noise than its staircase.
+
+    Little noise beside makes them as much larger.
+    """
+    step = resolution_of(q)
+    if not step:
+        return []
+    first = np.random.default_rng(seed).uniform()
+    errors = [staircase(smoothed, step, (first + i / STAIRCASES) % 1.0) for i in range(STAIRCASES)]
+    cut = slice(chosen.trim, len(q) - chosen.trim)
+    seen = float((q - smoothed)[cut].var())
+    alone = float(np.mean([(error - smooth(error, chosen))[cut].var() for error in errors]))
+    if not alone or seen > MOST_BESIDE * alone:
+        return []
+    return [error * np.sqrt(max(seen / alone, 1.0)) for error in errors]
 
 
 def _modulated(record: Measurements, chosen: Filter, share: float) -> Measurements:

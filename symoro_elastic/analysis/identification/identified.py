@@ -116,7 +116,8 @@ def _found(result: Identification) -> Iterator[tuple[RegressorColumn, float]]:
     columns, equations = result.equations.Y.columns, result.equations
     yield from ((columns[c], value) for c, value in equations.known.items())
     for value, c in zip(result.estimation.solution.X.tolist(), result.estimation.grouping.kept, strict=True):
-        yield columns[equations.kept[c]], value
+        if c < len(equations.kept):  # what follows are offsets and the delay of sensors
+            yield columns[equations.kept[c]], value
 
 
 def _values(result: Identification) -> Found:

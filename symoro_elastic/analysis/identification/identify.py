@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from symoro_elastic.analysis.identification.estimation import (
     Estimate,
     Estimation,
     Unknown,
+    Verdict,
     estimate,
     formula,
     refuse_short,
@@ -25,6 +27,7 @@ from symoro_elastic.analysis.identification.filtering import (
     filtered_motion,
     moving,
     openness,
+    smooth,
 )
 from symoro_elastic.analysis.identification.regression import (
     Regressor,
@@ -33,6 +36,7 @@ from symoro_elastic.analysis.identification.regression import (
     regressor,
     zero_entries,
 )
+from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, OFFSET, Columns, Sensors, sought_sensors
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
@@ -50,13 +54,54 @@ PIECE = 4000  # samples evaluated at a time
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of both sides of tau = Y X, joints that stand still, and noise of Y by twins of that of the positions."""
+    """Rows of Y X, what known values and loads take from the left side, columns of offsets of motors' torques, joints
+    that stand still, noise of Y by twins of that of the positions."""
 
     t: Array
     Y: Array
-    tau: Array
+    given: Array
+    offsets: Array
     still: tuple[int, ...]
     noise: tuple[Array, ...] = ()
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A filtered record: its motion, a mask of the samples that count in the row of each joint (N, n), the filter.
+
+    Rows are divided by the standard deviation that white noise of torques has in them, relative to that of rows from
+    whole windows.
+    """
+
+    record: Measurements
+    motion: FilteredMotion
+    counted: BoolArray
+    chosen: Filter | None
+
+    @property
+    def pieces(self) -> list[slice]:
+        """Pieces of the record that hold whole windows, without large intermediate arrays."""
+        return _pieces(len(self.motion.t), self.chosen)
+
+    @cached_property
+    def scale(self) -> Array:
+        """1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
+        return _relative_deviation(self.counted, self.chosen)
+
+    def averages(self, x: Array) -> Array:
+        """Return averages of x (N, n)."""
+        used = x * self.counted
+        rows: Array = (average(used, self.chosen) if self.chosen else used) * self.scale
+        return rows
+
+    def torques(self, delay: float) -> tuple[Array, Array]:
+        """Return torques of motors (N, m) so much later than positions, and their slopes."""
+        record, at = self.record, self.motion.t + delay
+        smoothed = smooth(record.tau, self.chosen) if self.chosen else record.tau
+        slopes = np.gradient(smoothed, record.period, axis=0) if smoothed.size else smoothed
+        late, slope = (np.array([np.interp(at, record.t, x) for x in y.T]).T for y in (record.tau, slopes))
+        shape = (len(at), record.tau.shape[1])
+        return late.reshape(shape), slope.reshape(shape)
 
 
 @dataclass(frozen=True)
@@ -68,22 +113,29 @@ class Equations:
     kept: tuple[int, ...]
     known: Mapping[int, float]
 
-    def rows(self, record: Measurements, chosen: Filter | None) -> Rows:
-        """Return rows of both sides of a record.
-
-        Samples at which a joint's dry friction reverses are left out of its rows. Rows are divided by the standard
-        deviation that white noise of torques has in them, relative to that of rows from whole windows.
-        """
+    def sampled(self, record: Measurements, chosen: Filter | None) -> Sampled:
+        """Return a filtered record. Samples at which a joint's dry friction reverses do not count in its rows."""
         motion = filtered_motion(record, chosen) if chosen else as_measured(record)
         self._refuse_open(motion, record.source)
-        counted = self._counted(motion, chosen)
-        left = self.Y.joint_torques(motion.q, motion.tau)
-        pieces = _pieces(len(motion.t), chosen)
-        averages = zip(*(self._averages(motion, left, counted, piece, chosen) for piece in pieces), strict=True)
-        t, tau, right, *noise = (np.concatenate(x) for x in averages)
-        scale = _relative_deviation(counted, chosen)
-        scaled = [x * scale[:, :, None] for x in (right, *noise)]
-        return Rows(t, scaled[0], tau * scale, motion.still, tuple(scaled[1:]))
+        return Sampled(record, motion, self._counted(motion, chosen), chosen)
+
+    def rows(self, sampled: Sampled) -> Rows:
+        """Return rows of the right side of a record, and what the left side is made of beside torques."""
+        motion, chosen = sampled.motion, sampled.chosen
+        averages = zip(*(self._averages(sampled, piece) for piece in sampled.pieces), strict=True)
+        right, given, *noise = (np.concatenate(x) for x in averages)
+        scaled = [x * sampled.scale[:, :, None] for x in (right, *noise)]
+        motors = np.eye(sampled.record.tau.shape[1])
+        each = (self.Y.joint_torques(motion.q, np.tile(one, (len(motion.t), 1))) for one in motors)
+        offsets = [sampled.averages(x) for x in each]
+        t = average(motion.t, chosen) if chosen else motion.t
+        stacked = np.stack(offsets, axis=2) if offsets else np.zeros((*given.shape, 0))
+        return Rows(t, scaled[0], given * sampled.scale, stacked, motion.still, tuple(scaled[1:]))
+
+    def torques(self, sampled: Sampled, delay: float = 0.0) -> tuple[Array, Array]:
+        """Return averages of what torques of motors do, so much later than positions, and of their slopes."""
+        late, slope = (self.Y.joint_torques(sampled.motion.q, x) for x in sampled.torques(delay))
+        return sampled.averages(late), sampled.averages(slope)
 
     def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
         """Raise `InputError` for positions at which the loops do not close."""
@@ -102,20 +154,23 @@ class Equations:
             counted[:, [i for i in self.Y.felt_by(row) if i not in motion.still]] &= fast[:, [k]]
         return counted
 
-    def _averages(
-        self, motion: FilteredMotion, left: Array, counted: BoolArray, piece: slice, chosen: Filter | None
-    ) -> list[Array]:
-        """Return averages of t, tau, Y, and of half the differences of Y between opposite noises."""
+    def given(self, motion: tuple[Array, Array, Array]) -> Array:
+        """Return what loads and known values take of torques at samples (N, n)."""
+        given: Array = self.Y.evaluate(*motion, list(self.known)) @ np.array(list(self.known.values()))
+        return given + self.Y.loads(motion[0])
+
+    def _averages(self, sampled: Sampled, piece: slice) -> list[Array]:
+        """Return averages of Y, of loads and known values, of half the differences of Y between opposite noises."""
+        motion, chosen = sampled.motion, sampled.chosen
         motions = [motion.part(piece)]
         for twin in range(len(motion.twins)):
             motions += [motion.with_other_noise(twin, sign, piece) for sign in (1.0, -1.0)]
         columns = [self.Y.evaluate(*x, self.kept) for x in motions]
         halves = [(one - other) / 2 for one, other in zip(columns[1::2], columns[2::2], strict=True)]
-        known = self.Y.evaluate(*motions[0], list(self.known)) @ np.array(list(self.known.values()))
-        used = counted[piece].astype(float)
-        tau = (left[piece] - self.Y.loads(motion.q[piece]) - known) * used
-        both = [tau, *(x * used[:, :, None] for x in (columns[0], *halves))]
-        return [average(x, chosen) if chosen else x for x in (motion.t[piece], *both)]
+        used = sampled.counted[piece].astype(float)
+        given = self.given(motions[0]) * used
+        both = [columns[0] * used[:, :, None], given, *(x * used[:, :, None] for x in halves)]
+        return [average(x, chosen) if chosen else x for x in both]
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,6 +186,7 @@ class Identification(Result):
     notes: tuple[str, ...]
     springs: Array
     neutral: dict[str, tuple[float, float]] = field(default_factory=dict)
+    sensors: Sensors = field(default_factory=Sensors)
 
     @property
     def machine(self) -> Machine:
@@ -141,6 +197,12 @@ class Identification(Result):
     def estimates(self) -> tuple[Estimate, ...]:
         """One for each parameter or group."""
         return self.estimation.estimates
+
+    @property
+    def delay(self) -> float:
+        """How much later torques are than positions, s; zero where it is not sought."""
+        late = [e.value for e in self.estimates if e.unknown.quantity == DELAY and math.isfinite(e.value)]
+        return late[0] if late else 0.0
 
     @property
     def headline(self) -> str:
@@ -157,12 +219,15 @@ def identify(
     filtered: bool = True,
     step: Announce = announce_nothing,
     Y: Regressor | None = None,
+    offsets: str = AUTO,
+    delay: str = AUTO,
 ) -> Identification:
     """Return the parameters of a machine from one or several records of measurements.
 
     `values` are numbers of its named parameters (geometry), `known` values of columns that are not sought
     (`M13`, `FS5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
-    decide. `filtered` False uses measurements as they are. Raises `InputError`.
+    decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` behind positions are
+    sought where data show them ("auto"), always ("all") or never ("none"). Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
@@ -178,21 +243,76 @@ def identify(
     refuse_short(_equations(records, chosen), len(structure.kept), correlation, records[0].source)
     _refuse_large(records, chosen, len(structure.kept))
     step("stack")
-    stack = _joined([equations.rows(record, chosen) for record in records])
-    _refuse_zero_torques(stack.tau, records[0].source)
+    stack = _Stack(equations, records, chosen)
+    _refuse_zero_torques(stack.columns.torques(0.0)[0], records[0].source)
     step("solve")
     unknowns = _unknowns(Y.columns, sought, structure)
-    names = tuple(joint.name for joint in machine.independent_joints)
-    source = records[0].source
-    estimation = estimate(
-        stack.Y, stack.tau, unknowns, names, stack.still, noise=stack.noise, correlation=correlation, source=source
-    )
+    sensors, estimation, tau = stack.estimated(unknowns, offsets, delay)
     notes = [line for record in records for line in record.warnings]
     notes += [*(chosen.described() if chosen else ()), *_without_effect(Y.columns, sought, structure)]
     notes += _zero_in_the_table(machine, [Y.columns[c] for c in equations.kept])
-    springs, neutral = _springs(estimation, stack.Y, unknowns), _neutral(estimation, machine)
-    all_notes = (*notes, *estimation.notes)
-    return Identification(equations, estimation, stack.t, stack.tau, chosen, all_notes, springs, neutral)
+    springs = _springs(estimation, stack.columns.Y, unknowns)
+    all_notes = (*notes, *estimation.notes, *_of_sensors(estimation))
+    neutral = _neutral(estimation, machine)
+    return Identification(equations, estimation, stack.t, tau, chosen, all_notes, springs, neutral, sensors)
+
+
+class _Stack:
+    """Rows of several records, and what is estimated from them."""
+
+    def __init__(self, equations: Equations, records: Sequence[Measurements], chosen: Filter | None) -> None:
+        self._equations, self._source = equations, records[0].source
+        self._sampled = [equations.sampled(record, chosen) for record in records]
+        rows = [equations.rows(sampled) for sampled in self._sampled]
+        self.t = np.concatenate([x.t for x in rows])
+        self._given = np.concatenate([x.given for x in rows])
+        self._still = tuple(sorted(set.intersection(*(set(x.still) for x in rows))))
+        noise = tuple(np.concatenate(part) for part in zip(*(x.noise for x in rows), strict=True))
+        Y, offsets = np.concatenate([x.Y for x in rows]), np.concatenate([x.offsets for x in rows])
+        correlation, period = (chosen.correlation if chosen else (1.0,)), records[0].period
+        fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
+        repeating = any(x.motion.repeating for x in self._sampled)
+        self.columns = Columns(Y, noise, offsets, self._torques, correlation, period, fastest, repeating)
+
+    def _torques(self, delay: float) -> tuple[Array, Array]:
+        """Return left sides, torques so much later than positions, and their slopes, (rows, n)."""
+        each = zip(*(self._equations.torques(sampled, delay) for sampled in self._sampled), strict=True)
+        left, slopes = (np.concatenate(x) for x in each)
+        return left - self._given, slopes
+
+    def estimated(self, unknowns: Sequence[Unknown], offsets: str, delay: str) -> tuple[Sensors, Estimation, Array]:
+        """Return what is sought of sensors, the estimation, and left sides."""
+        columns, machine = self.columns, self._equations.machine
+        refuse_short(_used(columns.Y), len(unknowns), columns.correlation, self._source)
+        sensors = sought_sensors(columns, offsets, delay)
+        tau, slopes = columns.torques(sensors.delay)
+        Y, noise = columns.joined(sensors.offsets, slopes if sensors.has_delay else None)
+        every = [*unknowns, *sensors.unknowns(machine)]
+        names = tuple(joint.name for joint in machine.independent_joints)
+        estimation = estimate(
+            Y, tau, every, names, self._still, noise=noise, correlation=columns.correlation,
+            repeating=columns.repeating, source=self._source,
+        )  # fmt: skip
+        return sensors, estimation, tau
+
+
+def _used(Y: Array) -> int:
+    """Return how many rows are not zero."""
+    return int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
+
+
+def _of_sensors(estimation: Estimation) -> list[str]:
+    """Return notes on offsets of torques and on their delay."""
+    notes = []
+    for e in estimation.estimates:
+        if e.unknown.quantity == OFFSET and e.verdict is not Verdict.NOT:
+            what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
+            notes.append(f"{what}: sought with the parameters")
+        if e.unknown.quantity == DELAY and e.verdict is not Verdict.NOT:
+            order = "behind" if e.value > 0 else "ahead of"
+            what = f"torques are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {order} positions"
+            notes.append(f"{what}: compensated, and sought with the parameters")
+    return notes
 
 
 def _refuse_zero_torques(tau: Array, source: str) -> None:
@@ -218,16 +338,9 @@ def _refuse_large(records: Sequence[Measurements], chosen: Filter | None, parame
 
 def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
     """Return the forces of springs and dampers by the estimates."""
-    kept = [(k, c) for k, c in enumerate(estimation.grouping.kept) if unknowns[c].quantity in ("K", "DA", "KQ")]
+    own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < len(unknowns)]
+    kept = [(k, c) for k, c in own if unknowns[c].quantity in ("K", "DA", "KQ")]
     return Y[:, :, [c for _, c in kept]] @ estimation.solution.X[[k for k, _ in kept]]
-
-
-def _joined(stacks: Sequence[Rows]) -> Rows:
-    """Return all samples as one stack; joints stand still that do so in every record."""
-    t, Y, tau = (np.concatenate(part) for part in zip(*((s.t, s.Y, s.tau) for s in stacks), strict=True))
-    still = sorted(set.intersection(*(set(s.still) for s in stacks)))
-    noise = (np.concatenate(part) for part in zip(*(s.noise for s in stacks), strict=True))
-    return Rows(t, Y, tau, tuple(still), tuple(noise))
 
 
 def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: float | None) -> Filter:

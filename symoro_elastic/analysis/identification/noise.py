@@ -75,16 +75,22 @@ def of_correlation(correlation: Sequence[float], rows: int) -> Array:
     return np.maximum(np.fft.rfft(both).real, 0.0)
 
 
-def of_records(records: Sequence[Array], used: Array) -> AnyArray:
-    """Return the cross-spectral density of noises (rows, n); `used` rows of each joint are not left out (n)."""
+def of_records(records: Sequence[Array], used: Array, repeating: bool = False) -> AnyArray:
+    """Return the cross-spectral density of noises (rows, n); `used` rows of each joint are not left out (n).
+
+    Noises that are not `repeating` are forgotten after a quarter of the rows, which makes their spectrum smooth.
+    """
     rows, joints = len(records[0]), len(used)
     size = np.sqrt(np.maximum(used, 1))
     spectra = [np.fft.rfft(record / size, padded_length(rows), axis=0) for record in records]
     cross = sum(np.einsum("fj,fk->fjk", x, x.conj()) for x in spectra) / len(spectra)
+    density: AnyArray = np.asarray(cross).reshape(-1, joints, joints)
+    if repeating:
+        return density
     correlation = np.fft.irfft(cross, padded_length(rows), axis=0)
     lags = np.minimum(np.arange(padded_length(rows)), padded_length(rows) - np.arange(padded_length(rows)))
     window = _parzen(lags / min(max(FEWEST_LAGS, rows // PART), rows))
-    density: AnyArray = np.fft.rfft(correlation * window[:, None, None], axis=0)
+    density = np.fft.rfft(correlation * window[:, None, None], axis=0)
     return density.reshape(-1, joints, joints)
 
 
@@ -94,11 +100,13 @@ def _parzen(x: Array) -> Array:
     return np.where(x < 0.5, near, far)
 
 
-def residual_noise(Y: Array, residuals: Array, positions: Sequence[Array], correlation: Sequence[float]) -> Noise:
+def residual_noise(
+    Y: Array, residuals: Array, positions: Sequence[Array], correlation: Sequence[float], repeating: bool = False
+) -> Noise:
     """Return the noise that leaves such residuals (rows, n), of rows and columns Y (rows, n, c) over sigma.
 
-    `positions` are the noises that those of the positions make in the rows. What they do not explain is noise of the
-    torques: of least squares with H = Q Q^T and variances v_k of the torques' noise,
+    `positions` are the noises, perhaps `repeating`, that those of the positions make in the rows. What they do not
+    explain is noise of the torques: of least squares with H = Q Q^T and variances v_k of the torques' noise,
     E |r_j|^2 = sum_k v_k (delta_jk (tr R - 2 tr Q_j^T R Q_j) + tr Q_k^T R Q_k Q_j^T Q_j), solved for v.
     """
     rows, joints, columns = Y.shape
@@ -111,7 +119,7 @@ def residual_noise(Y: Array, residuals: Array, positions: Sequence[Array], corre
     A += np.diag([used[j] - 2 * float(np.trace(spread[j])) for j in range(joints)])
     energy, density = (residuals**2).sum(axis=0), np.zeros((len(white), joints, joints), dtype=complex)
     if positions:
-        density += of_records(positions, used)
+        density += of_records(positions, used, repeating)
         energy = energy - _left_of(Noise(density, rows), Q, used, shares)
     torques = _not_negative(A, energy, used)
     return Noise(density + white[:, None, None] * np.diag(torques), rows)

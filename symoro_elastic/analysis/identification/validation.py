@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from symoro_elastic.analysis.identification.filtering import Filter, default_filter
-from symoro_elastic.analysis.identification.identify import Identification, Rows
+from symoro_elastic.analysis.identification.identify import Identification, Sampled
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -21,11 +22,17 @@ ROUNDING = 1e-12
 @dataclass(frozen=True)
 class Fit:
     """Residuals of what motors exert in a record, by the joint that moves: root mean square (N m or N), and in per cent
-    of that of the torques that the sought parameters explain."""
+    of that of the torques that the sought parameters explain. Both are of averages over windows.
+
+    `counted` is the share of samples in them, in per cent: dry friction does not reverse there. `sample_percent` is of
+    every sample, with noise of torques, at rest and at reversals, too. Both are of other records than those fitted.
+    """
 
     source: str
     residual: dict[str, float]
     percent: dict[str, float]
+    counted: dict[str, float] = field(default_factory=dict)
+    sample_percent: dict[str, float] = field(default_factory=dict)
 
 
 def own_fit(result: Identification) -> Fit:
@@ -35,15 +42,43 @@ def own_fit(result: Identification) -> Fit:
 
 def validation_of(result: Identification, record: Measurements) -> Fit:
     """Return how well the estimates explain another record. Raises `InputError` where it is too short."""
-    rows = result.equations.rows(record, _same_filter(result, record))
+    sampled = result.equations.sampled(record, _same_filter(result, record))
+    rows = result.equations.rows(sampled)
     if not len(rows.t):
         raise InputError(record.source, "t", "too short to validate anything: give a longer record")
-    return _fit(result.machine, rows.tau, rows.tau - _predicted(result, rows), record.source)
+    tau = result.equations.torques(sampled, result.delay)[0] - rows.given
+    averaged = _fit(result.machine, tau, tau - _predicted(result, rows.Y, rows.offsets), record.source)
+    counted, percent = _by_samples(result, sampled, list(averaged.residual))
+    return replace(averaged, counted=counted, sample_percent=percent)
 
 
-def _predicted(result: Identification, rows: Rows) -> Array:
-    kept = list(result.estimation.grouping.kept)
-    predicted: Array = rows.Y[:, :, kept] @ result.estimation.solution.X
+def _by_samples(
+    result: Identification, sampled: Sampled, joints: Sequence[str]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return by joint the share of samples that counted in per cent, the residual of every sample in per cent."""
+    motion, equations = sampled.motion, result.equations
+    late = equations.Y.joint_torques(motion.q, sampled.torques(result.delay)[0])
+    residual, torque = np.zeros_like(late), np.zeros_like(late)
+    for piece in sampled.pieces:
+        q, qd, qdd = motion.part(piece)
+        ones = np.eye(motion.tau.shape[1])
+        offsets = np.stack([equations.Y.joint_torques(q, np.tile(one, (len(q), 1))) for one in ones], axis=2)
+        torque[piece] = late[piece] - equations.given((q, qd, qdd))
+        predicted = _predicted(result, equations.Y.evaluate(q, qd, qdd, equations.kept), offsets)
+        residual[piece] = torque[piece] - predicted
+    counted = 100 * sampled.counted.mean(axis=0)
+    size = np.sqrt((torque**2).mean(axis=0))
+    percent = 100 * np.sqrt((residual**2).mean(axis=0)) / np.where(size > 0, size, np.nan)
+    places = {joint.name: k for k, joint in enumerate(result.machine.independent_joints)}
+    shares, errors = ({name: float(x[places[name]]) for name in joints} for x in (counted, percent))
+    return shares, errors
+
+
+def _predicted(result: Identification, Y: Array, offsets: Array) -> Array:
+    """Return Y X and offsets of torques, (rows, n)."""
+    sought, X = np.concatenate([Y, offsets[:, :, list(result.sensors.offsets)]], axis=2), result.estimation.solution.X
+    places = [(k, c) for k, c in enumerate(result.estimation.grouping.kept) if c < sought.shape[2]]
+    predicted: Array = sought[:, :, [c for _, c in places]] @ X[[k for k, _ in places]]
     return predicted
 
 

@@ -1,0 +1,150 @@
+"""What sensors add to both sides of tau = Y X: constant offsets of torques, and a delay of torques behind positions.
+
+tau(t) measured = tau(t - delay) + offset. Offsets are columns of ones; a delay d + x, near d, is the column of x beside
+torques read d later: tau(t + d) = Y X - x dtau/dt. Where they are sought, their doubt is in all standard deviations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.estimation import FROM_DATA, LeastSquares, Unknown, balanced, solve
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.labels import ParameterLabels
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.independence import independent_columns
+
+AUTO, ALL, NONE = "auto", "all", "none"
+SEEKING = (AUTO, ALL, NONE)
+"""When a column of sensors is sought: where data show it, always, never."""
+DELAY, OFFSET = "DELAY", "OFF"
+SIGNIFICANT = 3.5  # standard deviations from zero
+MOST_DOUBT = 0.02  # of the largest torque of the joint: an offset with more is not told from gravity
+LEAST_OFFSET = 1e-4  # of the largest torque of the joint
+LEAST_DELAY = 0.01  # of a sampling period
+ROUNDS, CONVERGED = 6, 0.02  # of a sampling period
+LARGEST_STEP = 0.1  # of a period of the fastest motion
+
+Torques = Callable[[float], tuple[Array, Array]]
+"""From a delay, left sides of torques read so much later, and their slopes, each (rows, n)."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Rows to be explained: Y (rows, n, c) of the machine, noises of Y, columns of offsets (rows, n, motors), left
+    sides by delay, correlation of the noise of torques, sampling period and period of the fastest motion in s,
+    whether noises of Y repeat with the motion."""
+
+    Y: Array
+    noise: tuple[Array, ...]
+    offsets: Array
+    torques: Torques
+    correlation: tuple[float, ...]
+    sampling: float
+    motion: float
+    repeating: bool = False
+
+    def joined(self, motors: Sequence[int], slope: Array | None) -> tuple[Array, list[Array]]:
+        """Return Y and its noises with columns of the offsets of some motors and of a delay."""
+        more = [self.offsets[:, :, list(motors)], *([] if slope is None else [-slope[:, :, None]])]
+        none = np.zeros((*self.Y.shape[:2], sum(x.shape[2] for x in more)))
+        return np.concatenate([self.Y, *more], axis=2), [np.concatenate([D, none], axis=2) for D in self.noise]
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What is sought beside a machine's parameters: offsets of motors (0-based among motors), and whether a delay,
+    whose column is linear about `delay` s."""
+
+    offsets: tuple[int, ...] = ()
+    has_delay: bool = False
+    delay: float = 0.0
+
+    def unknowns(self, machine: Machine) -> list[Unknown]:
+        """Return offsets, then the delay, as unknowns."""
+        labels, rows = ParameterLabels(machine), machine.motors
+        joints = [machine.joint(rows[m]) for m in self.offsets]
+        named = [labels(rows[m], OFFSET) for m in self.offsets]
+        offsets = [Unknown(x, x, joint.force_unit, joint.name, OFFSET) for x, joint in zip(named, joints, strict=True)]
+        free = next(x for x in ("delay", "delay_", "delay__", "torque_delay") if x not in labels.taken)
+        return [*offsets, *([Unknown(free, free, "s", "", DELAY, about=self.delay)] if self.has_delay else [])]
+
+
+def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
+    """Return which offsets are sought, and whether a delay, by data where so asked."""
+    motors = [] if offsets == NONE else list(range(columns.offsets.shape[2]))
+    if delay == NONE:
+        return Sensors(_offsets(columns, motors, None, columns.torques(0.0), offsets))
+    late = _delay(columns, motors)
+    lasting = late is not None and (delay == ALL or _is_late(late, columns))
+    if late is None or not lasting:
+        return Sensors(_offsets(columns, motors, None, columns.torques(0.0), offsets))
+    torques = columns.torques(late[0])
+    return Sensors(_offsets(columns, motors, torques[1], torques, offsets), True, late[0])
+
+
+def _is_late(late: tuple[float, float], columns: Columns) -> bool:
+    return abs(late[0]) > max(SIGNIFICANT * late[1], LEAST_DELAY * columns.sampling)
+
+
+def _solved(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> tuple[list[int], LeastSquares]:
+    """Return the columns that are independent, and the solution of these."""
+    Y, noise = columns.joined(motors, slope)
+    kept = list(independent_columns(balanced(Y), FROM_DATA).kept)
+    noise = [D[:, :, kept] for D in noise]
+    correlation, repeating = columns.correlation, columns.repeating
+    return kept, solve(Y[:, :, kept], tau, noise=noise, correlation=correlation, repeating=repeating)
+
+
+def _delay(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | None:
+    """Return the delay and its standard deviation by Gauss-Newton steps; None where the motion does not show it."""
+    delay, most = 0.0, LARGEST_STEP * columns.motion
+    last = columns.Y.shape[2] + len(motors)
+    for _ in range(ROUNDS):
+        tau, slope = columns.torques(delay)
+        kept, solution = _solved(columns, motors, slope, tau)
+        if last not in kept:
+            return None
+        step, std = float(solution.X[-1]), float(solution.std[-1])
+        if abs(delay + step) <= max(SIGNIFICANT * std, LEAST_DELAY * columns.sampling):
+            return delay + step, std
+        delay += float(np.clip(step, -most, most))
+        if abs(step) <= CONVERGED * columns.sampling:
+            break
+    return delay, std
+
+
+def _offsets(
+    columns: Columns, motors: Sequence[int], slope: Array | None, torques: tuple[Array, Array], seek: str
+) -> tuple[int, ...]:
+    """Return the motors whose offsets are sought: where one shows, those of all that data tell."""
+    if seek == ALL:
+        return tuple(_offset_deviations(columns, motors, slope, torques[0])) if motors else ()
+    told = list(motors)
+    while told:
+        found = _offset_deviations(columns, told, slope, torques[0])
+        largest = {m: _largest(columns, m, torques[0]) for m in found}
+        kept = [m for m, (_, std) in found.items() if std <= MOST_DOUBT * largest[m]]
+        if kept == told:
+            show = (abs(x) > max(SIGNIFICANT * std, LEAST_OFFSET * largest[m]) for m, (x, std) in found.items())
+            return tuple(told) if any(show) else ()
+        told = kept
+    return ()
+
+
+def _largest(columns: Columns, motor: int, tau: Array) -> float:
+    """Return the largest torque of the joints on which a motor acts."""
+    return float(np.abs(tau[:, columns.offsets[:, :, motor].any(axis=0)]).max(initial=0.0))
+
+
+def _offset_deviations(
+    columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array
+) -> dict[int, tuple[float, float]]:
+    """Return offsets and their standard deviations by motor, where they are independent of all else."""
+    own = columns.Y.shape[2]
+    kept, solution = _solved(columns, motors, slope, tau)
+    places = {m: kept.index(own + k) for k, m in enumerate(motors) if own + k in kept}
+    return {m: (float(solution.X[k]), float(solution.std[k])) for m, k in places.items()}
