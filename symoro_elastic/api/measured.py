@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Exciting, Identifying
-from symoro_elastic.api.rows import MachineLike, Range, Ranges, Record, Values
+from symoro_elastic.api.rows import SEEKING, MachineLike, Range, Ranges, Record, Values
 from symoro_elastic.foundation.errors import InputError, among
 
 if TYPE_CHECKING:
@@ -87,15 +87,18 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     prepare.refuse(driven)
     _refuse_unknown(values, driven)
     known = _values_of(options.known)
+    among((options.offsets,), SEEKING, "--offsets")
+    among((options.delay,), SEEKING, "--delay")
     options.announce("read")
     if not isinstance(records, str | Path | Mapping) and not len(records):
         raise InputError("symoro-elastic", "--records", "no record is given: give a file, or columns by name")
     several = [records] if isinstance(records, str | Path | Mapping) else records
     read = tuple(_record(one, driven, prepare) for one in several)
     other = None if options.validate is None else _record(options.validate, driven, prepare)
-    result = fit(driven, read, values, known, options.bandwidth, step=options.announce)
+    seek = options.offsets, options.delay
+    result = fit(driven, read, values, known, options.bandwidth, True, options.announce, None, *seek)
     checked = validation_of(result, other) if other else None
-    return Identified(result, read, of_file, values, known, options.bandwidth, checked)
+    return Identified(result, read, of_file, values, known, options.bandwidth, checked, *seek)
 
 
 def _values_of(known: Mapping[str, float | None]) -> dict[str, float]:

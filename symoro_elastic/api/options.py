@@ -12,6 +12,7 @@ from symoro_elastic.api.declaration import Options, argument, option, switch
 from symoro_elastic.api.rows import (
     ANALYSES,
     EFFORTS,
+    SEEKING,
     Gains,
     Of,
     Over,
@@ -461,6 +462,14 @@ class Identifying(Options, kw_only=False):
     resample: float | None = option(None, "HZ", "Sample the records evenly at this frequency, Hz.", kinds.NUMBER)
     after: float | None = option(None, "S", "Use samples from this time on, s.", kinds.NUMBER, formerly=("--from",))
     before: float | None = option(None, "S", "Use samples up to this time, s.", kinds.NUMBER, formerly=("--to",))
+    offsets: str = option(
+        "auto", "WHEN", "Whether constant offsets of torques are sought: {names} (auto: where data show one).",
+        names=lambda: SEEKING,
+    )  # fmt: skip
+    delay: str = option(
+        "auto", "WHEN", "Whether a delay of torques behind positions is sought: {names} (auto: where data show it).",
+        names=lambda: SEEKING,
+    )  # fmt: skip
     preparation: Preparation | None = argument(None, "`gains`, `resample`, `after` and `before` as one object.")
     validate: Record | None = option(None, "FILE", "Record whose torques are predicted, too.", kinds.INPUT_FILE)
     announce: Announce = announce_row(formerly=("step",))

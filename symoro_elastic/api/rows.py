@@ -95,6 +95,7 @@ def parameters_or_all(machine: Machine) -> Iterable[str]:
     return [*(parameter.name for parameter in machine.parameters), "all"]
 
 
+SEEKING = ("auto", "always", "never")
 EFFORTS = ("quick", "usual", "all")
 ANALYSES = ("modes", "response", "ladder", "simulation")
 

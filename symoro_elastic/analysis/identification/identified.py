@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from symoro_elastic.analysis.identification.estimation import POSITIVE
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import RegressorColumn
+from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, OFFSET
 from symoro_elastic.analysis.identification.unit_parameters import has_body
 from symoro_elastic.analysis.identification.validation import Fit
 from symoro_elastic.analysis.time_series.measurements import Measurements
@@ -41,6 +42,8 @@ class Identified(Result):
     known: Mapping[str, float]
     bandwidth: float | None
     validation: Fit | None = None
+    offsets: str = AUTO
+    delay: str = AUTO
 
     @property
     def estimates(self) -> Mapping[str, float]:
@@ -58,9 +61,13 @@ class Identified(Result):
 
         def again(fixed: Mapping[str, float]) -> Identification:
             known, Y = {**self.known, **fixed}, result.equations.Y
-            return identify(result.machine, self.records, self.values, known, self.bandwidth, step=step, Y=Y)
+            return identify(
+                result.machine, self.records, self.values, known, self.bandwidth, step=step, Y=Y,
+                offsets=self.offsets, delay=self.delay,
+            )  # fmt: skip
 
         fitted, lines = possible(result, again)
+        lines += _not_saved(fitted)
         return replace(machine_with_estimates(fitted, self.values), loops=self.of_file.loops), lines
 
 
@@ -82,6 +89,15 @@ def machine_with_estimates(result: Identification, values: Mapping[str, float] |
         if p.name not in before - after
     ]
     return with_changed_scene(replace(bare, parameters=tuple(given)), lambda scene: _without(scene, before - after))
+
+
+def _not_saved(result: Identification) -> list[str]:
+    """Return a line on offsets and the delay of sensors, which no machine has."""
+    found = [e for e in result.estimates if e.unknown.quantity in (OFFSET, DELAY) and math.isfinite(e.value)]
+    if not found:
+        return []
+    named = ", ".join(f"{e.unknown.label} = {e.value:.4g} {e.unknown.unit}" for e in found)
+    return [f"{named}: of the sensors, not of the machine, so the file does not hold them: correct records by them"]
 
 
 def possible(result: Identification, refit: Refit) -> tuple[Identification, list[str]]:

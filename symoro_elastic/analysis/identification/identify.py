@@ -227,7 +227,7 @@ def identify(
     `values` are numbers of its named parameters (geometry), `known` values of columns that are not sought
     (`M13`, `FS5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
     decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` behind positions are
-    sought where data show them ("auto"), always ("all") or never ("none"). Raises `InputError`.
+    sought where data show them ("auto"), "always" or "never". Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")

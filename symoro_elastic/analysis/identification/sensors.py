@@ -17,9 +17,8 @@ from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import independent_columns
 
-AUTO, ALL, NONE = "auto", "all", "none"
-SEEKING = (AUTO, ALL, NONE)
-"""When a column of sensors is sought: where data show it, always, never."""
+AUTO, ALWAYS, NEVER = "auto", "always", "never"
+"""When offsets or a delay are sought: where data show one, always, never."""
 DELAY, OFFSET = "DELAY", "OFF"
 SIGNIFICANT = 3.5  # standard deviations from zero
 MOST_DOUBT = 0.02  # of the largest torque of the joint: an offset with more is not told from gravity
@@ -75,11 +74,11 @@ class Sensors:
 
 def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
     """Return which offsets are sought, and whether a delay, by data where so asked."""
-    motors = [] if offsets == NONE else list(range(columns.offsets.shape[2]))
-    if delay == NONE:
+    motors = [] if offsets == NEVER else list(range(columns.offsets.shape[2]))
+    if delay == NEVER:
         return Sensors(_offsets(columns, motors, None, columns.torques(0.0), offsets))
     late = _delay(columns, motors)
-    lasting = late is not None and (delay == ALL or _is_late(late, columns))
+    lasting = late is not None and (delay == ALWAYS or _is_late(late, columns))
     if late is None or not lasting:
         return Sensors(_offsets(columns, motors, None, columns.torques(0.0), offsets))
     torques = columns.torques(late[0])
@@ -121,7 +120,7 @@ def _offsets(
     columns: Columns, motors: Sequence[int], slope: Array | None, torques: tuple[Array, Array], seek: str
 ) -> tuple[int, ...]:
     """Return the motors whose offsets are sought: where one shows, those of all that data tell."""
-    if seek == ALL:
+    if seek == ALWAYS:
         return tuple(_offset_deviations(columns, motors, slope, torques[0])) if motors else ()
     told = list(motors)
     while told:

@@ -38,7 +38,14 @@ declare(
     Field("verdict", lambda e: str(e.verdict), column="verdict"),
     Field("reason"),
 )
-declare(Fit, Field("source"), Field("residual_rms", "residual"), Field("residual_percent", "percent"))
+declare(
+    Fit,
+    Field("source"),
+    Field("residual_rms", "residual"),
+    Field("residual_percent", "percent"),
+    Field("counted_percent", "counted"),
+    Field("sample_percent"),
+)
 declare(
     Identification,
     Field("parameters", lambda x: {e.unknown.label: e for e in x.estimates}, rows=Estimate),
@@ -114,10 +121,14 @@ def neutral_positions(result: Identification) -> list[str]:
 def _residuals(fit: Fit, machine: Machine) -> list[str]:
     """Return a line for each joint that motors drive: its residual, and in per cent of the torque."""
     units = {joint.name: joint.force_unit for joint in machine.independent_joints}
-    return [
-        f"{fit.source}: {name}: {fit.percent[name]:.3g} % of the torque, {residual:.3g} {units[name]} rms"
+    lines = {
+        name: f"{fit.source}: {name}: {fit.percent[name]:.3g} % of the torque, {residual:.3g} {units[name]} rms"
         for name, residual in fit.residual.items()
-    ]
+    }
+    for name, counted in fit.counted.items():
+        every = f"sample by sample {fit.sample_percent[name]:.3g} %"
+        lines[name] += f", of averages over {counted:.3g} % of the samples (not at reversals or rest); {every}"
+    return list(lines.values())
 
 
 declare(

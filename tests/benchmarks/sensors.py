@@ -1,0 +1,188 @@
+"""How honest standard deviations are with sensors as they are: coarse encoders, delays, offsets, coloured noise,
+spikes: `python -m tests.benchmarks.sensors [--runs N] [--only CASE ...] [--json FILE]`.
+
+A 6R arm with dry friction moves below 2.5 Hz for 20 s, four times the same; motion, noise and the zeros of encoders are
+drawn anew in each run. Encoders round, without noise of their own."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.excitation import Limits, random_motion
+from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.implementations import numpy_model
+from tests.benchmarks.identification import ARM, with_friction
+from tests.benchmarks.machines import Row, arm_6, built
+from tests.benchmarks.tables import print_table, progress, save_json
+
+RUNS, DURATION, FUNDAMENTAL, HARMONICS = 30, 20.0, 0.2, 12
+SPIKES = 20.0  # standard deviations of torque noise
+SAYS = ("encoder", "offset", "behind", "ahead of", "correlated")
+
+
+@dataclass(frozen=True)
+class Sensing:
+    """Bits of encoders, sampling in Hz, samples that torques are late, whether they have offsets, the corner of
+    their noise in Hz (0: white), the share of samples that are spikes."""
+
+    bits: int = 17
+    rate: float = 500.0
+    late: float = 0.0
+    offset: bool = False
+    corner: float = 0.0
+    spikes: float = 0.0
+
+
+CASES = {
+    **{f"{bits} bits, {rate:g} Hz": Sensing(bits, rate) for bits in (12, 14, 17, 20) for rate in (500.0, 1000.0)},
+    "delay of 1 sample": Sensing(late=1),
+    "delay of 3 samples": Sensing(late=3),
+    "offsets": Sensing(offset=True),
+    "noise below 20 Hz": Sensing(corner=20.0),
+    "3 % spikes": Sensing(spikes=0.03),
+    "12 bits, offsets, 3 samples": Sensing(12, late=3, offset=True),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """A machine, the limits of its motion, noise and offsets of its torques."""
+
+    machine: Machine
+    limits: Limits
+    noise: Array
+    offsets: Array
+
+    @cached_property
+    def regressor(self) -> ByLinearity:
+        """Y of the machine."""
+        return regressor(self.machine)
+
+    @cached_property
+    def model(self) -> Any:
+        """Inverse dynamics of the machine."""
+        return numpy_model(self.machine, ("inverse_dynamics",))
+
+    def record(self, sensing: Sensing, seed: int) -> Measurements:
+        """Return a record of sensors along a motion of its own."""
+        rng = np.random.default_rng([seed, 23])
+        motion = random_motion(self.limits, FUNDAMENTAL, HARMONICS, 100 + seed)
+        t = np.arange(round(DURATION * sensing.rate)) / sensing.rate
+        tau = np.array(self.model.inverse_dynamics(*motion.at(t - sensing.late / sensing.rate))[0])
+        step, q = 2 * np.pi / 2**sensing.bits, motion.at(t)[0]
+        zero = step * rng.uniform(size=q.shape[1])
+        tau += self.noise * _noise(tau.shape, sensing, rng) + (self.offsets if sensing.offset else 0.0)
+        return Measurements(t, np.round((q + zero) / step) * step, tau)
+
+    def identified(self, sensing: Sensing, seed: int) -> Identification:
+        """Return the parameters found from such a record."""
+        return identify(self.machine, self.record(sensing, seed), Y=self.regressor)
+
+
+def _noise(shape: tuple[int, ...], sensing: Sensing, rng: np.random.Generator) -> Array:
+    """Return noise of variance 1, with spikes beside."""
+    noise = rng.standard_normal(shape)
+    if sensing.corner:
+        a = np.exp(-2 * np.pi * sensing.corner / sensing.rate)
+        for k in range(1, len(noise)):
+            noise[k] = a * noise[k - 1] + np.sqrt(1 - a * a) * noise[k]
+    beside = np.where(rng.uniform(size=shape) < sensing.spikes, SPIKES * np.sign(rng.standard_normal(shape)), 0.0)
+    return noise + beside
+
+
+@cache
+def six_axis() -> Arm:
+    """Return an arm of six joints with dry friction."""
+    machine = arm_6()
+    sizes = ((20.0, 15.0), (18.0, 15.0), (9.0, 8.0), (3.0, 3.0), (2.0, 2.0), (1.0, 1.2))
+    friction = dict(zip((joint.name for joint in machine.independent_joints), sizes, strict=True))
+    noise, offsets = np.array([2.0, 2.0, 1.0, 0.3, 0.2, 0.1]), np.array([3.0, -4.0, 2.0, 0.5, 0.3, 0.2])
+    return Arm(with_friction(machine, friction), ARM, noise, offsets)
+
+
+@cache
+def three_axis() -> Arm:
+    """Return an arm of three joints with dry friction, whose runs are quick."""
+    rows = [
+        Row("turn", 0, "0", mass=20),
+        Row("lift", 1, "pi/2", d=0.1, mass=12),
+        Row("wrist", 2, "pi/2", d=0.3, mass=4),
+    ]
+    machine = with_friction(built("light", rows), {"turn": (3.0, 2.0), "lift": (3.0, 2.0), "wrist": (1.0, 0.5)})
+    limits = Limits.of([-2.0] * 3, [2.0] * 3, [3.0] * 3, [15.0] * 3)
+    return Arm(machine, limits, np.array([0.2, 0.2, 0.05]), np.array([0.5, -0.8, 0.1]))
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Estimates less truth over their standard deviations, for each run (NaN where not found), refusals, notes."""
+
+    z: list[Array]
+    refused: list[str]
+    notes: list[tuple[str, ...]]
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """Return shares inside 1, 2, 3 standard deviations, in all and in the worst run; how often what is said."""
+        z = np.abs(np.concatenate(self.z)) if self.z else np.zeros(0)
+        z = z[np.isfinite(z)]
+        said = Counter(word for notes in self.notes for word in SAYS if any(word in line for line in notes))
+        shares = {f"{k} std": float((z < k).mean()) if len(z) else np.nan for k in (1, 2, 3)}
+        worst = min((float((np.abs(x[np.isfinite(x)]) < 2).mean()) for x in self.z), default=np.nan)
+        says = ", ".join(f"{word} {count}" for word, count in said.items())
+        return {
+            "runs": len(self.z), "refused": len(self.refused), "estimates": len(z), **shares,
+            "rms": float(np.sqrt((z**2).mean())) if len(z) else np.nan,
+            "worst": float(z.max(initial=0.0)), "worst run, 2 std": worst, "says": says or "-",
+        }  # fmt: skip
+
+
+def coverage(arm: Arm, sensing: Sensing, runs: int, first: int = 0, title: str = "") -> Coverage:
+    """Return how far estimates of some runs are from the truth."""
+    z, refused, notes = [], [], []
+    for seed in progress(range(first, first + runs), title):
+        try:
+            found = arm.identified(sensing, seed)
+        except InputError as error:
+            refused.append(str(error))
+            continue
+        of_machine = [e for e in found.estimates if np.isfinite(e.unknown.nominal)]
+        z.append(np.array([(e.value - e.unknown.nominal) / e.std for e in of_machine]))
+        notes.append(found.notes)
+    return Coverage(z, refused, notes)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.sensors", description=__doc__)
+    parser.add_argument("--runs", type=int, default=RUNS)
+    parser.add_argument("--first", type=int, default=0, help="number of the first draw")
+    parser.add_argument("--light", action="store_true", help="three joints instead of six")
+    parser.add_argument("--only", nargs="*", default=list(CASES))
+    parser.add_argument("--json", type=Path, help="save the figures")
+    given = parser.parse_args()
+    arm = three_axis() if given.light else six_axis()
+    found: Mapping[str, dict[str, Any]] = {
+        title: coverage(arm, CASES[title], given.runs, given.first, title).figures for title in given.only
+    }
+    heads = ("sensors", *next(iter(found.values())))
+    rows = [(t, *(f"{x:.4g}" if isinstance(x, float) else str(x) for x in f.values())) for t, f in found.items()]
+    print_table("truth within standard deviations", heads, rows)
+    if given.json:
+        save_json(given.json, found)
+
+
+if __name__ == "__main__":
+    main()
