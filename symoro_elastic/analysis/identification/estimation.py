@@ -8,7 +8,7 @@ the relative standard deviation in per cent.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from statistics import NormalDist
@@ -29,6 +29,8 @@ ALONE = 0.9  # of a column's energy is in one joint's equation
 POSITIVE = ("M", "IA", "FV", "FS", "K", "DA")
 FALSE_ALARMS = 0.01  # share of records of right machines in which a value is called negative
 FEWEST_ROWS = 2  # independent equations for each parameter
+Draws = Callable[[Array], Sequence[Array]]
+"""From X, draws of what noise of positions makes of Y X, each (rows, n)."""
 
 
 class Verdict(StrEnum):
@@ -119,6 +121,7 @@ def solve(
     noise: Sequence[Array] = (),
     correlation: Sequence[float] = (1.0,),
     repeating: bool = False,
+    draws: Draws | None = None,
 ) -> LeastSquares:
     """Return the weighted least squares solution of Y (samples, n, c) X = tau (samples, n).
 
@@ -129,7 +132,8 @@ def solve(
     Noise of the positions is in Y too and pulls X towards zero, most where the left side is zero (elastic joints).
     `noise` are noises of Y of the same law; with N the mean of their N^T N, X = (Y^T Y - N)^-1 Y^T tau is free of
     that pull (bias-compensated least squares, Soederstrom 2007). Noises are `repeating` where a motion that repeats
-    repeats them, as the staircase of an encoder.
+    repeats them, as the staircase of an encoder. `draws` gives what many of them do to Y X: where noise depends on the
+    phase of the motion, its covariance with the columns is not that of spectral densities.
     """
     first: Array | None = None
     sigma = np.ones(Y.shape[1])
@@ -143,8 +147,19 @@ def solve(
     predicted = Y @ X
     found = _law(Y, tau, X, sigma, noise, correlation, repeating)
     raised = colours(found, (tau - predicted) / sigma)
-    covariance = spread @ found.scaled(raised).of_scores(Y / sigma[:, None]) @ spread
+    law = found if draws is None else found.of_torques
+    scores = law.scaled(raised).of_scores(Y / sigma[:, None])
+    if draws is not None:
+        scores = scores + _of_draws(Y / sigma[:, None], [D / sigma * raised for D in draws(X)])
+    covariance = spread @ scores @ spread
     return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, raised)
+
+
+def _of_draws(Y: Array, draws: Sequence[Array]) -> Array:
+    """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times noise, from draws of noise."""
+    each = np.array([np.einsum("rjc,rj->c", Y, D) for D in draws])
+    covariance: Array = each.T @ each / len(each)
+    return covariance
 
 
 def _law(
@@ -201,6 +216,7 @@ def estimate(
     noise: Sequence[Array] = (),
     correlation: Sequence[float] = (1.0,),
     repeating: bool = False,
+    draws: Draws | None = None,
     source: str = "measurements",
 ) -> Estimation:
     """Estimate the unknowns, one for each column of Y (samples, n, c), from tau (samples, n).
@@ -214,9 +230,9 @@ def estimate(
     if not grouping.kept:
         raise InputError(source, "q", "this motion excites no parameter: move every joint, and move it faster")
     kept = list(grouping.kept)
-    solution = solve(
-        Y[:, :, kept], tau, noise=[D[:, :, kept] for D in noise], correlation=correlation, repeating=repeating
-    )
+    some = None if draws is None else of_columns(draws, kept, Y.shape[2])
+    noises = [D[:, :, kept] for D in noise]
+    solution = solve(Y[:, :, kept], tau, noise=noises, correlation=correlation, repeating=repeating, draws=some)
     names = {j: joints[j] for j in still}
     hidden = _hidden(Y[:, :, kept], tau, solution, joints)
     estimates = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
@@ -229,6 +245,17 @@ def estimate(
         *_absorbed(estimates.values()),
     )
     return Estimation(tuple(estimates[c] for c in range(len(unknowns))), solution, grouping, tuple(joints), notes)
+
+
+def of_columns(draws: Draws, kept: Sequence[int], columns: int) -> Draws:
+    """Return draws by the values of some columns; the others are zero."""
+
+    def some(X: Array) -> Sequence[Array]:
+        every = np.zeros(columns)
+        every[list(kept)] = X
+        return draws(every)
+
+    return some
 
 
 def formula(label: str, terms: Sequence[tuple[str, float]]) -> str:

@@ -33,6 +33,7 @@ FEWEST_OPEN = 0.2  # of the window that is not left out
 HIGHEST_CUTOFF = 0.9  # of the Nyquist frequency
 TWINS = (0.5, 0.25)  # of the sampling frequency: modulation that makes noise of the same law
 STAIRCASES = 3  # twins of an encoder's staircase
+DRAWS = 24  # of staircases, for standard deviations
 MOST_BESIDE = 2.0  # variance of an encoder's noise over that of its staircase alone
 CLEAR_OF_MOTION = 4.0  # modulations over the Butterworth cut-off
 
@@ -225,8 +226,7 @@ def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
         raise InputError(record.source, "t", what)
     cut = slice(chosen.trim, len(record.t) - chosen.trim)
     q, qd, qdd = _derivatives(record, chosen)
-    noises, repeating = _twins(record, chosen)
-    twins = [_derivatives(twin, chosen) for twin in noises]
+    twins, repeating = noises_like(record, chosen)
     still = list(_still(q, record.q[cut] - q))
     q[:, still] = q[:, still].mean(axis=0)
     for rates in (qd, qdd, *(x for twin in twins for x in twin)):
@@ -253,22 +253,24 @@ def _carriers(chosen: Filter) -> list[float]:
     return [share for share in TWINS if share * chosen.sampling >= CLEAR_OF_MOTION * chosen.cutoff]
 
 
-def _twins(record: Measurements, chosen: Filter) -> tuple[list[Measurements], bool]:
-    """Return records of noise of the same law as that of a record, and independent of it; whether some is repeating.
+def noises_like(
+    record: Measurements, chosen: Filter, count: int = STAIRCASES
+) -> tuple[list[tuple[Array, Array, Array]], bool]:
+    """Return noises of q, qd, qdd of the same law as that of a record, independent of it; whether some is repeating.
 
-    Of encoders whose staircase is most of the noise they are the staircases of other zeros along the same motion.
+    Of encoders whose staircase is most of the noise they are `count` staircases of other zeros along the same motion.
     """
     smoothed, carriers = smooth(record.q, chosen), _carriers(chosen)
-    stairs = {k: _staircases(record.q[:, k], smoothed[:, k], k, chosen) for k in range(record.q.shape[1])}
+    stairs = {k: _staircases(record.q[:, k], smoothed[:, k], k, chosen, count) for k in range(record.q.shape[1])}
     stairs = {k: errors for k, errors in stairs.items() if errors}
     if not stairs:
-        return [_modulated(record, chosen, share) for share in carriers], False
+        return [_derivatives(_modulated(record, chosen, share), chosen) for share in carriers], False
     twins = []
-    for i in range(STAIRCASES):
+    for i in range(count):
         twin = _modulated(record, chosen, carriers[i % len(carriers)]) if carriers else _silent(record)
         for k, errors in stairs.items():
             twin.q[:, k] = errors[i]
-        twins.append(twin)
+        twins.append(_derivatives(twin, chosen))
     return twins, True
 
 
@@ -278,7 +280,7 @@ def _silent(record: Measurements) -> Measurements:
     return replace(record, q=np.zeros_like(record.q), qd=qd, qdd=qdd)
 
 
-def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter) -> list[Array]:
+def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter, count: int) -> list[Array]:
     """Return errors of an encoder of the same steps and other zeros; none where there is more noise than its staircase.
 
     Little noise beside makes them as much larger.
@@ -286,8 +288,8 @@ def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter) -> list[Ar
     step = resolution_of(q)
     if not step:
         return []
-    first = np.random.default_rng(seed).uniform()
-    errors = [staircase(smoothed, step, (first + i / STAIRCASES) % 1.0) for i in range(STAIRCASES)]
+    rng = np.random.default_rng(seed)
+    errors = [staircase(smoothed, step, phase) for phase in (rng.permutation(count) + rng.uniform()) / count]
     cut = slice(chosen.trim, len(q) - chosen.trim)
     seen = float((q - smoothed)[cut].var())
     alone = float(np.mean([(error - smooth(error, chosen))[cut].var() for error in errors]))

@@ -19,6 +19,7 @@ from symoro_elastic.analysis.identification.estimation import (
     refuse_short,
 )
 from symoro_elastic.analysis.identification.filtering import (
+    DRAWS,
     Filter,
     FilteredMotion,
     as_measured,
@@ -26,6 +27,7 @@ from symoro_elastic.analysis.identification.filtering import (
     default_filter,
     filtered_motion,
     moving,
+    noises_like,
     openness,
     smooth,
 )
@@ -50,6 +52,7 @@ from symoro_elastic.numerics.independent_joints import moved_by
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
 PIECE = 4000  # samples evaluated at a time
+SIGNS = (1.0, -1.0)
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,11 @@ class Sampled:
     def scale(self) -> Array:
         """1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
         return _relative_deviation(self.counted, self.chosen)
+
+    @cached_property
+    def draws(self) -> list[tuple[Array, Array, Array]]:
+        """Noises of q, qd, qdd, many."""
+        return noises_like(self.record, self.chosen, DRAWS)[0] if self.chosen else []
 
     def averages(self, x: Array) -> Array:
         """Return averages of x (N, n)."""
@@ -137,6 +145,23 @@ class Equations:
         late, slope = (self.Y.joint_torques(sampled.motion.q, x) for x in sampled.torques(delay))
         return sampled.averages(late), sampled.averages(slope)
 
+    def draws(self, sampled: Sampled, X: Array) -> list[Array]:
+        """Return rows of what draws of staircases of encoders make of Y X."""
+        motion = sampled.motion
+        moving = np.array([k not in motion.still for k in range(motion.q.shape[1])])
+        rows = []
+        for noise in sampled.draws:
+            halves = np.zeros_like(motion.q)
+            for piece in _cut(len(motion.t)):
+                q, qd, qdd = motion.part(piece)
+                dq, dqd, dqdd = (x[piece] * moving for x in noise)
+                more, less = (
+                    self.Y.torques(q + sign * dq, qd + sign * dqd, qdd + sign * dqdd, self.kept, X) for sign in SIGNS
+                )
+                halves[piece] = (more - less) / 2
+            rows.append(sampled.averages(halves))
+        return rows
+
     def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
         """Raise `InputError` for positions at which the loops do not close."""
         parted = np.flatnonzero(~self.Y.closes(motion.q))
@@ -164,7 +189,7 @@ class Equations:
         motion, chosen = sampled.motion, sampled.chosen
         motions = [motion.part(piece)]
         for twin in range(len(motion.twins)):
-            motions += [motion.with_other_noise(twin, sign, piece) for sign in (1.0, -1.0)]
+            motions += [motion.with_other_noise(twin, sign, piece) for sign in SIGNS]
         columns = [self.Y.evaluate(*x, self.kept) for x in motions]
         halves = [(one - other) / 2 for one, other in zip(columns[1::2], columns[2::2], strict=True)]
         used = sampled.counted[piece].astype(float)
@@ -272,13 +297,20 @@ class _Stack:
         correlation, period = (chosen.correlation if chosen else (1.0,)), records[0].period
         fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
         repeating = any(x.motion.repeating for x in self._sampled)
-        self.columns = Columns(Y, noise, offsets, self._torques, correlation, period, fastest, repeating)
+        draws = self._draws if repeating else None
+        self.columns = Columns(Y, noise, offsets, self._torques, correlation, period, fastest, repeating, draws)
 
     def _torques(self, delay: float) -> tuple[Array, Array]:
         """Return left sides, torques so much later than positions, and their slopes, (rows, n)."""
         each = zip(*(self._equations.torques(sampled, delay) for sampled in self._sampled), strict=True)
         left, slopes = (np.concatenate(x) for x in each)
         return left - self._given, slopes
+
+    def _draws(self, X: Array) -> list[Array]:
+        """Return rows of what draws of noise of positions make of Y X; X are columns of the machine, then others."""
+        own = X[: len(self._equations.kept)]
+        each = [self._equations.draws(sampled, own) or [np.zeros_like(sampled.scale)] for sampled in self._sampled]
+        return [np.concatenate([rows[i % len(rows)] for rows in each]) for i in range(DRAWS)]
 
     def estimated(self, unknowns: Sequence[Unknown], offsets: str, delay: str) -> tuple[Sensors, Estimation, Array]:
         """Return what is sought of sensors, the estimation, and left sides."""
@@ -291,9 +323,14 @@ class _Stack:
         names = tuple(joint.name for joint in machine.independent_joints)
         estimation = estimate(
             Y, tau, every, names, self._still, noise=noise, correlation=columns.correlation,
-            repeating=columns.repeating, source=self._source,
+            repeating=columns.repeating, draws=columns.draws, source=self._source,
         )  # fmt: skip
         return sensors, estimation, tau
+
+
+def _cut(samples: int) -> list[slice]:
+    """Return pieces of a record."""
+    return [slice(k, k + PIECE) for k in range(0, samples, PIECE)]
 
 
 def _used(Y: Array) -> int:
@@ -374,7 +411,7 @@ def structural_grouping(Y: Regressor, sought: Sequence[int], machine: Machine, s
 def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
     """Return pieces of a record that hold whole windows, without large intermediate arrays."""
     if chosen is None:
-        return [slice(k, k + PIECE) for k in range(0, samples, PIECE)]
+        return _cut(samples)
     starts, each = chosen.starts(samples), max(1, max(PIECE, 4 * chosen.window) // chosen.step)
     firsts = [starts[k : k + each] for k in range(0, len(starts), each)]
     return [slice(some[0], some[-1] + chosen.window) for some in firsts]

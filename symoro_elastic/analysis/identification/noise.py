@@ -22,10 +22,12 @@ CORRELATED = 0.3  # correlation of neighbouring residuals, beyond that of averag
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise in the rows of each joint, over its sigma: cross-spectral density (frequencies, n, n)."""
+    """Noise in the rows of each joint, over its sigma: cross-spectral density (frequencies, n, n), and the part of it
+    that noise of torques has."""
 
     density: AnyArray
     rows: int
+    torques: AnyArray | None = None
 
     @property
     def variance(self) -> Array:
@@ -42,6 +44,11 @@ class Noise:
     def of(self, joint: int) -> Noise:
         """Return the noise of one joint alone."""
         return Noise(self.density[:, joint : joint + 1, joint : joint + 1], self.rows)
+
+    @property
+    def of_torques(self) -> Noise:
+        """The noise of torques alone."""
+        return self if self.torques is None else Noise(self.torques, self.rows)
 
     def scaled(self, factors: Array) -> Noise:
         """Return the noise with the standard deviations of joints multiplied, (n)."""
@@ -122,7 +129,8 @@ def residual_noise(
         density += of_records(positions, used, repeating)
         energy = energy - _left_of(Noise(density, rows), Q, used, shares)
     torques = _not_negative(A, energy, used)
-    return Noise(density + white[:, None, None] * np.diag(torques), rows)
+    alone = (white[:, None, None] * np.diag(torques)).astype(complex)
+    return Noise(density + alone, rows, alone)
 
 
 def colours(noise: Noise, residuals: Array) -> Array:

@@ -67,6 +67,9 @@ class Regressor(Protocol):
     def evaluate(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int]) -> Array:
         """Return columns of Y, (samples, n, chosen), from (samples, n)."""
 
+    def torques(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int], X: Array) -> Array:
+        """Return Y X of some columns, (samples, n)."""
+
     def loads(self, q: Array) -> Array:
         """Return the part without X, (samples, n): forces that balance the external wrenches."""
 
@@ -119,6 +122,20 @@ class ByLinearity:
                 joint = self.machine.independent.index(column.row)
                 Y[:, joint, k] = OF_JOINT[column.quantity](*(x[:, joint] for x in (q, qd, qdd)))
         return Y
+
+    def torques(self, q: Array, qd: Array, qdd: Array, chosen: Sequence[int], X: Array) -> Array:
+        """Return Y X of some columns, (samples, n): without Y where no joint follows others."""
+        if self.machine.is_coupled:
+            coupled: Array = self.evaluate(q, qd, qdd, chosen) @ X
+            return coupled
+        values, own = dict.fromkeys(self._units.values(), 0.0), np.zeros_like(q)
+        for column, x in zip((self.columns[c] for c in chosen), X.tolist(), strict=True):
+            if column.quantity in INERTIAL:
+                values[self._units[column.row, column.quantity]] = x
+            else:
+                joint = self.machine.independent.index(column.row)
+                own[:, joint] += x * OF_JOINT[column.quantity](*(y[:, joint] for y in (q, qd, qdd)))
+        return own + self._run(self._rigid, (q, qd, qdd), values) - self._torques(q, qd, qdd)
 
     def loads(self, q: Array) -> Array:
         """Return forces that balance the external wrenches, (samples, n)."""

@@ -11,7 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.estimation import FROM_DATA, LeastSquares, Unknown, balanced, solve
+from symoro_elastic.analysis.identification.estimation import (
+    FROM_DATA,
+    Draws,
+    LeastSquares,
+    Unknown,
+    balanced,
+    of_columns,
+    solve,
+)
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
@@ -20,7 +28,7 @@ from symoro_elastic.numerics.independence import independent_columns
 AUTO, ALWAYS, NEVER = "auto", "always", "never"
 """When offsets or a delay are sought: where data show one, always, never."""
 DELAY, OFFSET = "DELAY", "OFF"
-SIGNIFICANT = 3.5  # standard deviations from zero
+SIGNIFICANT = 4.0  # standard deviations from zero
 MOST_DOUBT = 0.02  # of the largest torque of the joint: an offset with more is not told from gravity
 LEAST_OFFSET = 1e-4  # of the largest torque of the joint
 LEAST_DELAY = 0.01  # of a sampling period
@@ -35,7 +43,7 @@ Torques = Callable[[float], tuple[Array, Array]]
 class Columns:
     """Rows to be explained: Y (rows, n, c) of the machine, noises of Y, columns of offsets (rows, n, motors), left
     sides by delay, correlation of the noise of torques, sampling period and period of the fastest motion in s,
-    whether noises of Y repeat with the motion."""
+    whether noises of Y repeat with the motion, and draws of such noises."""
 
     Y: Array
     noise: tuple[Array, ...]
@@ -45,6 +53,7 @@ class Columns:
     sampling: float
     motion: float
     repeating: bool = False
+    draws: Draws | None = None
 
     def joined(self, motors: Sequence[int], slope: Array | None) -> tuple[Array, list[Array]]:
         """Return Y and its noises with columns of the offsets of some motors and of a delay."""
@@ -94,8 +103,9 @@ def _solved(columns: Columns, motors: Sequence[int], slope: Array | None, tau: A
     Y, noise = columns.joined(motors, slope)
     kept = list(independent_columns(balanced(Y), FROM_DATA).kept)
     noise = [D[:, :, kept] for D in noise]
+    draws = of_columns(columns.draws, kept, Y.shape[2]) if columns.draws else None
     correlation, repeating = columns.correlation, columns.repeating
-    return kept, solve(Y[:, :, kept], tau, noise=noise, correlation=correlation, repeating=repeating)
+    return kept, solve(Y[:, :, kept], tau, noise=noise, correlation=correlation, repeating=repeating, draws=draws)
 
 
 def _delay(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | None:
