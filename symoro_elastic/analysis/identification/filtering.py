@@ -94,8 +94,8 @@ class FilteredMotion:
     """q, qd, qdd (N, n) of the moving joints, tau (N, m) of the motors; SI units, radians.
 
     `still` are joints (0-based) that do not move beyond the noise of their sensor: qd = qdd = 0. `twins` are noises
-    of q, qd, qdd of the same law as that which the filter left in them, and independent of it; `repeating` where they
-    are those of encoders' staircases, which repeat with the motion.
+    of q, qd, qdd of the same law as that which the filter left in them, and independent of it; of joints in
+    `staircases` they are those of encoders, which repeat with the motion.
     """
 
     t: Array
@@ -105,7 +105,7 @@ class FilteredMotion:
     tau: Array
     still: tuple[int, ...] = ()
     twins: tuple[tuple[Array, Array, Array], ...] = ()
-    repeating: bool = False
+    staircases: tuple[int, ...] = ()
 
     def part(self, piece: slice) -> tuple[Array, Array, Array]:
         """Return some samples of q, qd, qdd."""
@@ -128,6 +128,8 @@ def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth
     motion = bandwidth or _bandwidth(measured, motors)
     if not 0 < motion <= HIGHEST_CUTOFF * sampling / 2:
         what = f"motion up to {motion:.4g} Hz is sampled at {sampling:.4g} Hz: sample at least {5 * motion:.4g} Hz"
+        if bandwidth is None:
+            what += ", or give --bandwidth, that of the motion, if this is noise of positions"
         raise InputError(measured.source, "t", what)
     cutoff = min(ABOVE_MOTION * motion, HIGHEST_CUTOFF * sampling / 2)
     window = max(1, round(sampling / (KEPT_BAND * motion)))
@@ -226,12 +228,12 @@ def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
         raise InputError(record.source, "t", what)
     cut = slice(chosen.trim, len(record.t) - chosen.trim)
     q, qd, qdd = _derivatives(record, chosen)
-    twins, repeating = noises_like(record, chosen)
+    twins, staircases = noises_like(record, chosen)
     still = list(_still(q, record.q[cut] - q))
     q[:, still] = q[:, still].mean(axis=0)
     for rates in (qd, qdd, *(x for twin in twins for x in twin)):
         rates[:, still] = 0.0
-    return FilteredMotion(record.t[cut], q, qd, qdd, record.tau[cut], tuple(still), tuple(twins), repeating)
+    return FilteredMotion(record.t[cut], q, qd, qdd, record.tau[cut], tuple(still), tuple(twins), staircases)
 
 
 def _derivatives(record: Measurements, chosen: Filter) -> tuple[Array, Array, Array]:
@@ -255,23 +257,23 @@ def _carriers(chosen: Filter) -> list[float]:
 
 def noises_like(
     record: Measurements, chosen: Filter, count: int = STAIRCASES
-) -> tuple[list[tuple[Array, Array, Array]], bool]:
-    """Return noises of q, qd, qdd of the same law as that of a record, independent of it; whether some is repeating.
+) -> tuple[list[tuple[Array, Array, Array]], tuple[int, ...]]:
+    """Return noises of q, qd, qdd of the same law as that of a record, independent of it, and joints with staircases.
 
-    Of encoders whose staircase is most of the noise they are `count` staircases of other zeros along the same motion.
+    Where the staircase of an encoder is most of the noise they are `count` ones of other zeros along the same motion.
     """
     smoothed, carriers = smooth(record.q, chosen), _carriers(chosen)
     stairs = {k: _staircases(record.q[:, k], smoothed[:, k], k, chosen, count) for k in range(record.q.shape[1])}
     stairs = {k: errors for k, errors in stairs.items() if errors}
     if not stairs:
-        return [_derivatives(_modulated(record, chosen, share), chosen) for share in carriers], False
+        return [_derivatives(_modulated(record, chosen, share), chosen) for share in carriers], ()
     twins = []
     for i in range(count):
         twin = _modulated(record, chosen, carriers[i % len(carriers)]) if carriers else _silent(record)
         for k, errors in stairs.items():
             twin.q[:, k] = errors[i]
         twins.append(_derivatives(twin, chosen))
-    return twins, True
+    return twins, tuple(stairs)
 
 
 def _silent(record: Measurements) -> Measurements:

@@ -13,7 +13,6 @@ from symoro_elastic.analysis.identification.estimation import (
     Estimate,
     Estimation,
     Unknown,
-    Verdict,
     estimate,
     formula,
     refuse_short,
@@ -31,6 +30,7 @@ from symoro_elastic.analysis.identification.filtering import (
     openness,
     smooth,
 )
+from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
 from symoro_elastic.analysis.identification.regression import (
     Regressor,
     RegressorColumn,
@@ -38,7 +38,7 @@ from symoro_elastic.analysis.identification.regression import (
     regressor,
     zero_entries,
 )
-from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, OFFSET, Columns, Sensors, sought_sensors
+from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, Columns, Sensors, sought_sensors
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
@@ -276,8 +276,10 @@ def identify(
     notes = [line for record in records for line in record.warnings]
     notes += [*(chosen.described() if chosen else ()), *_without_effect(Y.columns, sought, structure)]
     notes += _zero_in_the_table(machine, [Y.columns[c] for c in equations.kept])
+    names = tuple(joint.name for joint in machine.independent_joints)
     springs = _springs(estimation, stack.columns.Y, unknowns)
-    all_notes = (*notes, *estimation.notes, *_of_sensors(estimation))
+    notes += [line for x in stack.sampled for line in of_encoders(x.record, x.motion, x.chosen, names)]
+    all_notes = (*notes, *estimation.notes, *of_sensors(estimation, sensors, machine))
     neutral = _neutral(estimation, machine)
     return Identification(equations, estimation, stack.t, tau, chosen, all_notes, springs, neutral, sensors)
 
@@ -287,8 +289,8 @@ class _Stack:
 
     def __init__(self, equations: Equations, records: Sequence[Measurements], chosen: Filter | None) -> None:
         self._equations, self._source = equations, records[0].source
-        self._sampled = [equations.sampled(record, chosen) for record in records]
-        rows = [equations.rows(sampled) for sampled in self._sampled]
+        self.sampled = [equations.sampled(record, chosen) for record in records]
+        rows = [equations.rows(sampled) for sampled in self.sampled]
         self.t = np.concatenate([x.t for x in rows])
         self._given = np.concatenate([x.given for x in rows])
         self._still = tuple(sorted(set.intersection(*(set(x.still) for x in rows))))
@@ -296,20 +298,20 @@ class _Stack:
         Y, offsets = np.concatenate([x.Y for x in rows]), np.concatenate([x.offsets for x in rows])
         correlation, period = (chosen.correlation if chosen else (1.0,)), records[0].period
         fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
-        repeating = any(x.motion.repeating for x in self._sampled)
+        repeating = any(x.motion.staircases for x in self.sampled)
         draws = self._draws if repeating else None
         self.columns = Columns(Y, noise, offsets, self._torques, correlation, period, fastest, repeating, draws)
 
     def _torques(self, delay: float) -> tuple[Array, Array]:
         """Return left sides, torques so much later than positions, and their slopes, (rows, n)."""
-        each = zip(*(self._equations.torques(sampled, delay) for sampled in self._sampled), strict=True)
+        each = zip(*(self._equations.torques(sampled, delay) for sampled in self.sampled), strict=True)
         left, slopes = (np.concatenate(x) for x in each)
         return left - self._given, slopes
 
     def _draws(self, X: Array) -> list[Array]:
         """Return rows of what draws of noise of positions make of Y X; X are columns of the machine, then others."""
         own = X[: len(self._equations.kept)]
-        each = [self._equations.draws(sampled, own) or [np.zeros_like(sampled.scale)] for sampled in self._sampled]
+        each = [self._equations.draws(sampled, own) or [np.zeros_like(sampled.scale)] for sampled in self.sampled]
         return [np.concatenate([rows[i % len(rows)] for rows in each]) for i in range(DRAWS)]
 
     def estimated(self, unknowns: Sequence[Unknown], offsets: str, delay: str) -> tuple[Sensors, Estimation, Array]:
@@ -336,20 +338,6 @@ def _cut(samples: int) -> list[slice]:
 def _used(Y: Array) -> int:
     """Return how many rows are not zero."""
     return int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
-
-
-def _of_sensors(estimation: Estimation) -> list[str]:
-    """Return notes on offsets of torques and on their delay."""
-    notes = []
-    for e in estimation.estimates:
-        if e.unknown.quantity == OFFSET and e.verdict is not Verdict.NOT:
-            what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
-            notes.append(f"{what}: sought with the parameters")
-        if e.unknown.quantity == DELAY and e.verdict is not Verdict.NOT:
-            order = "behind" if e.value > 0 else "ahead of"
-            what = f"torques are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {order} positions"
-            notes.append(f"{what}: compensated, and sought with the parameters")
-    return notes
 
 
 def _refuse_zero_torques(tau: Array, source: str) -> None:

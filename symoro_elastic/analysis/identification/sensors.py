@@ -65,11 +65,13 @@ class Columns:
 @dataclass(frozen=True)
 class Sensors:
     """What is sought beside a machine's parameters: offsets of motors (0-based among motors), and whether a delay,
-    whose column is linear about `delay` s."""
+    whose column is linear about `delay` s. `untold` are motors whose offset the motion does not tell from gravity,
+    although others have one."""
 
     offsets: tuple[int, ...] = ()
     has_delay: bool = False
     delay: float = 0.0
+    untold: tuple[int, ...] = ()
 
     def unknowns(self, machine: Machine) -> list[Unknown]:
         """Return offsets, then the delay, as unknowns."""
@@ -85,13 +87,18 @@ def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
     """Return which offsets are sought, and whether a delay, by data where so asked."""
     motors = [] if offsets == NEVER else list(range(columns.offsets.shape[2]))
     if delay == NEVER:
-        return Sensors(_offsets(columns, motors, None, columns.torques(0.0), offsets))
+        return _sensors(columns, motors, offsets, None)
     late = _delay(columns, motors)
     lasting = late is not None and (delay == ALWAYS or _is_late(late, columns))
-    if late is None or not lasting:
-        return Sensors(_offsets(columns, motors, None, columns.torques(0.0), offsets))
-    torques = columns.torques(late[0])
-    return Sensors(_offsets(columns, motors, torques[1], torques, offsets), True, late[0])
+    return _sensors(columns, motors, offsets, late[0] if late and lasting else None)
+
+
+def _sensors(columns: Columns, motors: Sequence[int], seek: str, delay: float | None) -> Sensors:
+    """Return the offsets that are sought beside a delay."""
+    tau, slope = columns.torques(delay or 0.0)
+    found = _offsets(columns, motors, None if delay is None else slope, tau, seek)
+    untold = [m for m in motors if m not in found] if found and seek == AUTO else []
+    return Sensors(found, delay is not None, delay or 0.0, tuple(untold))
 
 
 def _is_late(late: tuple[float, float], columns: Columns) -> bool:
@@ -126,16 +133,14 @@ def _delay(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | Non
     return delay, std
 
 
-def _offsets(
-    columns: Columns, motors: Sequence[int], slope: Array | None, torques: tuple[Array, Array], seek: str
-) -> tuple[int, ...]:
+def _offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array, seek: str) -> tuple[int, ...]:
     """Return the motors whose offsets are sought: where one shows, those of all that data tell."""
     if seek == ALWAYS:
-        return tuple(_offset_deviations(columns, motors, slope, torques[0])) if motors else ()
+        return tuple(_offset_deviations(columns, motors, slope, tau)) if motors else ()
     told = list(motors)
     while told:
-        found = _offset_deviations(columns, told, slope, torques[0])
-        largest = {m: _largest(columns, m, torques[0]) for m in found}
+        found = _offset_deviations(columns, told, slope, tau)
+        largest = {m: _largest(columns, m, tau) for m in found}
         kept = [m for m, (_, std) in found.items() if std <= MOST_DOUBT * largest[m]]
         if kept == told:
             show = (abs(x) > max(SIGNIFICANT * std, LEAST_OFFSET * largest[m]) for m, (x, std) in found.items())

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from symoro_elastic.analysis.time_series.measurements import Measurements, refuse_unsorted
+from symoro_elastic.analysis.time_series.resolution import resolution_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
@@ -16,6 +17,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 
 LONGEST_GAP = 10.0  # of the usual step, that is interpolated
+FEW_STEPS = 10.0  # of an encoder, crossed from one sample to the next
 FASTER = 1.01  # than measured
 
 
@@ -50,7 +52,7 @@ class Preparation:
     def __call__(self, record: Measurements, machine: Machine) -> Measurements:
         """Return the record made ready. Raises `InputError`."""
         gains = [self.gains.get(joint.name, 1.0) for joint in machine.motor_joints]
-        return self._sampled(self._cut(replace(record, tau=record.tau * np.array(gains))))
+        return self._sampled(self._cut(replace(record, tau=record.tau * np.array(gains))), machine)
 
     def _cut(self, record: Measurements) -> Measurements:
         t = record.t
@@ -63,7 +65,7 @@ class Preparation:
             raise InputError(record.source, "t", what)
         return _each(record, t[inside], lambda x: x[inside])
 
-    def _sampled(self, record: Measurements) -> Measurements:
+    def _sampled(self, record: Measurements, machine: Machine) -> Measurements:
         if self.rate is None:
             return record
         refuse_unsorted(record)
@@ -80,7 +82,7 @@ class Preparation:
         count = int(max(duration - wide, 0.0) * self.rate * (1 + 1e-12) + 1e-9) + 1
         t = float(record.t[0]) + wide / 2 + np.arange(count) / self.rate
         done = _each(record, t, lambda x: _resampled(record.t, x, t, wide))
-        return replace(done, warnings=(*record.warnings, *self._faster(usual)))
+        return replace(done, warnings=(*record.warnings, *self._faster(usual), *_coarse(record, machine)))
 
     def _faster(self, usual: float) -> list[str]:
         """Return a warning where samples are made between those that were measured every `usual` s."""
@@ -88,6 +90,20 @@ class Preparation:
             return []
         what = f"--resample {self.rate:g} is faster than the {1 / usual:.4g} Hz of the record"
         return [f"{what}: noise is then no longer white, and standard deviations are too small"]
+
+
+def _coarse(record: Measurements, machine: Machine) -> list[str]:
+    """Return a warning where positions were whole steps of an encoder, few in a sample."""
+    steps = [resolution_of(q) for q in record.q.T]
+    crossed = np.sqrt(np.mean(np.diff(record.q, axis=0) ** 2, axis=0))
+    joints = machine.independent_joints
+    few = [joint.name for joint, s, x in zip(joints, steps, crossed, strict=True) if 0 < x < FEW_STEPS * s]
+    if not few:
+        return []
+    what = f"positions of {', '.join(few)} are whole steps of an encoder, and resampled they are so no longer"
+    return [
+        f"{what}: their noise is taken for white, so standard deviations may be too small; --bandwidth may be needed"
+    ]
 
 
 def _usual_step(record: Measurements) -> float:

@@ -1,0 +1,53 @@
+"""What is said of sensors: coarse encoders, offsets of torques and their delay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.estimation import Estimation, Verdict
+from symoro_elastic.analysis.identification.filtering import Filter, FilteredMotion
+from symoro_elastic.analysis.identification.sensors import DELAY, OFFSET, Sensors
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.analysis.time_series.resolution import resolution_of
+from symoro_elastic.machine.machine import Machine
+
+FEWEST_STEPS = 6.0  # that motion crosses in a period of the Butterworth cut-off
+
+
+def of_encoders(
+    record: Measurements, motion: FilteredMotion, chosen: Filter | None, joints: Sequence[str]
+) -> list[str]:
+    """Return notes on joints whose noise is the staircase of their encoder, and on steps too coarse for a motion."""
+    moved = [k for k in motion.staircases if k not in motion.still]
+    if not moved or chosen is None:
+        return []
+    steps = {k: resolution_of(record.q[:, k]) for k in moved}
+    rates = {k: float(np.sqrt(np.mean(motion.qd[:, k] ** 2))) / steps[k] for k in moved}
+    named = ", ".join(f"{joints[k]} {steps[k]:.3g}" for k in moved)
+    notes = [f"positions are whole steps of encoders, whose staircase is their noise: {named} (rad or m)"]
+    for k in moved:
+        if rates[k] < FEWEST_STEPS * chosen.cutoff:
+            few = rates[k] / chosen.cutoff
+            what = f"encoder of {joints[k]}: {few:.2g} steps pass in a period of {chosen.cutoff:.3g} Hz"
+            way = "move it faster or farther, or measure it with a finer encoder"
+            notes.append(f"{what}, so standard deviations are too small where they rest on this joint: {way}")
+    return notes
+
+
+def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> list[str]:
+    """Return notes on offsets of torques and on their delay."""
+    notes = []
+    for e in estimation.estimates:
+        if e.unknown.quantity == OFFSET and e.verdict is not Verdict.NOT:
+            what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
+            notes.append(f"{what}: sought with the parameters")
+        if e.unknown.quantity == DELAY and e.verdict is not Verdict.NOT:
+            order = "behind" if e.value > 0 else "ahead of"
+            what = f"torques are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {order} positions"
+            notes.append(f"{what}: compensated, and sought with the parameters")
+    for m in sensors.untold:
+        what = f"an offset of the torque of {machine.motor_joints[m].name} is not told from gravity by this motion"
+        notes.append(f"{what}, so none is sought, though others have one: move it farther, or give --offsets always")
+    return notes
