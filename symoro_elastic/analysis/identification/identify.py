@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.analysis.identification.estimation import (
+    Draws,
     Estimate,
     Estimation,
     Unknown,
@@ -38,7 +39,7 @@ from symoro_elastic.analysis.identification.regression import (
     regressor,
     zero_entries,
 )
-from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, Columns, Sensors, sought_sensors
+from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, Columns, Sensors, Torques, sought_sensors
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
@@ -53,6 +54,7 @@ STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
 PIECE = 4000  # samples evaluated at a time
 SIGNS = (1.0, -1.0)
+CLOSE = 4.0  # samples in a period of the Butterworth cut-off
 
 
 @dataclass(frozen=True)
@@ -90,6 +92,11 @@ class Sampled:
     def scale(self) -> Array:
         """1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
         return _relative_deviation(self.counted, self.chosen)
+
+    @property
+    def every(self) -> int:
+        """Samples for one that is enough for what the Butterworth filter passes."""
+        return max(1, int(self.chosen.sampling / (CLOSE * self.chosen.cutoff))) if self.chosen else 1
 
     @cached_property
     def draws(self) -> list[tuple[Array, Array, Array]]:
@@ -146,20 +153,19 @@ class Equations:
         return sampled.averages(late), sampled.averages(slope)
 
     def draws(self, sampled: Sampled, X: Array) -> list[Array]:
-        """Return rows of what draws of staircases of encoders make of Y X."""
-        motion = sampled.motion
+        """Return rows of what draws of staircases of encoders make of Y X, from samples as close as filters need."""
+        motion, samples = sampled.motion, len(sampled.motion.t)
         moving = np.array([k not in motion.still for k in range(motion.q.shape[1])])
+        some = slice(sampled.every // 2, None, sampled.every)
+        q, qd, qdd = motion.part(some)
         rows = []
         for noise in sampled.draws:
-            halves = np.zeros_like(motion.q)
-            for piece in _cut(len(motion.t)):
-                q, qd, qdd = motion.part(piece)
-                dq, dqd, dqdd = (x[piece] * moving for x in noise)
-                more, less = (
-                    self.Y.torques(q + sign * dq, qd + sign * dqd, qdd + sign * dqdd, self.kept, X) for sign in SIGNS
-                )
-                halves[piece] = (more - less) / 2
-            rows.append(sampled.averages(halves))
+            dq, dqd, dqdd = (x[some] * moving for x in noise)
+            more, less = (
+                self.Y.torques(q + sign * dq, qd + sign * dqd, qdd + sign * dqdd, self.kept, X) for sign in SIGNS
+            )
+            held = np.repeat((more - less) / 2, sampled.every, axis=0)
+            rows.append(sampled.averages(np.pad(held, ((0, sampled.every), (0, 0)), mode="edge")[:samples]))
         return rows
 
     def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
@@ -292,27 +298,17 @@ class _Stack:
         self.sampled = [equations.sampled(record, chosen) for record in records]
         rows = [equations.rows(sampled) for sampled in self.sampled]
         self.t = np.concatenate([x.t for x in rows])
-        self._given = np.concatenate([x.given for x in rows])
+        given = np.concatenate([x.given for x in rows])
         self._still = tuple(sorted(set.intersection(*(set(x.still) for x in rows))))
         noise = tuple(np.concatenate(part) for part in zip(*(x.noise for x in rows), strict=True))
         Y, offsets = np.concatenate([x.Y for x in rows]), np.concatenate([x.offsets for x in rows])
         correlation, period = (chosen.correlation if chosen else (1.0,)), records[0].period
         fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
         repeating = any(x.motion.staircases for x in self.sampled)
-        draws = self._draws if repeating else None
-        self.columns = Columns(Y, noise, offsets, self._torques, correlation, period, fastest, repeating, draws)
-
-    def _torques(self, delay: float) -> tuple[Array, Array]:
-        """Return left sides, torques so much later than positions, and their slopes, (rows, n)."""
-        each = zip(*(self._equations.torques(sampled, delay) for sampled in self.sampled), strict=True)
-        left, slopes = (np.concatenate(x) for x in each)
-        return left - self._given, slopes
-
-    def _draws(self, X: Array) -> list[Array]:
-        """Return rows of what draws of noise of positions make of Y X; X are columns of the machine, then others."""
-        own = X[: len(self._equations.kept)]
-        each = [self._equations.draws(sampled, own) or [np.zeros_like(sampled.scale)] for sampled in self.sampled]
-        return [np.concatenate([rows[i % len(rows)] for rows in each]) for i in range(DRAWS)]
+        torques, draws = _torques(equations, self.sampled, given), _draws(equations, self.sampled)
+        self.columns = Columns(
+            Y, noise, offsets, torques, correlation, period, fastest, repeating, draws if repeating else None
+        )
 
     def estimated(self, unknowns: Sequence[Unknown], offsets: str, delay: str) -> tuple[Sensors, Estimation, Array]:
         """Return what is sought of sensors, the estimation, and left sides."""
@@ -330,9 +326,26 @@ class _Stack:
         return sensors, estimation, tau
 
 
-def _cut(samples: int) -> list[slice]:
-    """Return pieces of a record."""
-    return [slice(k, k + PIECE) for k in range(0, samples, PIECE)]
+def _torques(equations: Equations, records: Sequence[Sampled], given: Array) -> Torques:
+    """Return the function from a delay to left sides, torques so much later than positions, and their slopes."""
+
+    def late(delay: float) -> tuple[Array, Array]:
+        each = zip(*(equations.torques(sampled, delay) for sampled in records), strict=True)
+        left, slopes = (np.concatenate(x) for x in each)
+        return left - given, slopes
+
+    return late
+
+
+def _draws(equations: Equations, records: Sequence[Sampled]) -> Draws:
+    """Return the function from X, of the machine and others, to what draws of noise of positions make of Y X."""
+
+    def drawn(X: Array) -> list[Array]:
+        own = X[: len(equations.kept)]
+        each = [equations.draws(sampled, own) or [np.zeros_like(sampled.scale)] for sampled in records]
+        return [np.concatenate([rows[i % len(rows)] for rows in each]) for i in range(DRAWS)]
+
+    return drawn
 
 
 def _used(Y: Array) -> int:
@@ -399,7 +412,7 @@ def structural_grouping(Y: Regressor, sought: Sequence[int], machine: Machine, s
 def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
     """Return pieces of a record that hold whole windows, without large intermediate arrays."""
     if chosen is None:
-        return _cut(samples)
+        return [slice(k, k + PIECE) for k in range(0, samples, PIECE)]
     starts, each = chosen.starts(samples), max(1, max(PIECE, 4 * chosen.window) // chosen.step)
     firsts = [starts[k : k + each] for k in range(0, len(starts), each)]
     return [slice(some[0], some[-1] + chosen.window) for some in firsts]
