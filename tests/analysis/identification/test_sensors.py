@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 pytest.importorskip("scipy")
 
 import symoro_elastic as se
+from symoro_elastic.analysis.identification import views
 from symoro_elastic.analysis.identification.excitation import Limits, random_motion
 from symoro_elastic.analysis.identification.filtering import default_filter, filtered_motion
-from symoro_elastic.analysis.identification import views
 from symoro_elastic.analysis.identification.identified import Identified
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.notes import of_sensors
