@@ -279,13 +279,10 @@ def identify(
     step("solve")
     unknowns = _unknowns(Y.columns, sought, structure)
     sensors, estimation, tau = stack.estimated(unknowns, offsets, delay)
-    notes = [line for record in records for line in record.warnings]
-    notes += [*(chosen.described() if chosen else ()), *_without_effect(Y.columns, sought, structure)]
-    notes += _zero_in_the_table(machine, [Y.columns[c] for c in equations.kept])
-    names = tuple(joint.name for joint in machine.independent_joints)
     springs = _springs(estimation, stack.columns.Y, unknowns)
-    notes += [line for x in stack.sampled for line in of_encoders(x.record, x.motion, x.chosen, names)]
-    all_notes = (*notes, *estimation.notes, *of_sensors(estimation, sensors, machine))
+    kept = [Y.columns[c] for c in equations.kept]
+    before = [*_without_effect(Y.columns, sought, structure), *_zero_in_the_table(machine, kept)]
+    all_notes = (*stack.notes(before), *estimation.notes, *of_sensors(estimation, sensors, machine))
     neutral = _neutral(estimation, machine)
     return Identification(equations, estimation, stack.t, tau, chosen, all_notes, springs, neutral, sensors)
 
@@ -309,6 +306,13 @@ class _Stack:
         self.columns = Columns(
             Y, noise, offsets, torques, correlation, period, fastest, repeating, draws if repeating else None
         )
+
+    def notes(self, of_columns: Sequence[str]) -> list[str]:
+        """Return what is said of records, of filters, of columns and of encoders."""
+        first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]
+        notes = [line for x in self.sampled for line in x.record.warnings]
+        notes += [*(first.chosen.described() if first.chosen else ()), *of_columns]
+        return notes + [line for x in self.sampled for line in of_encoders(x.record, x.motion, x.chosen, names)]
 
     def estimated(self, unknowns: Sequence[Unknown], offsets: str, delay: str) -> tuple[Sensors, Estimation, Array]:
         """Return what is sought of sensors, the estimation, and left sides."""
