@@ -24,10 +24,12 @@ from symoro_elastic.api.rows import ANALYSES, MachineLike
 from symoro_elastic.api.scenes import SceneRequest, required_motions
 from symoro_elastic.api.vibrations import point_of
 from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.version import __version__
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import quote
 from symoro_elastic.machine.restrict import restrict
 
 if TYPE_CHECKING:
@@ -76,12 +78,12 @@ def _steps(options: Sweeping) -> Integrating:
 def _refuse_numbers(damping: float, frequencies: Iterable[float]) -> None:
     """Raise `InputError` for a damping ratio or frequency out of range, and for frequencies given twice."""
     if not (isinstance(damping, Real) and 0 <= damping < math.inf):
-        what = f"{damping!r} is not a damping ratio: 0.01 is one per cent"
+        what = f"{quote(damping)} is not a damping ratio: 0.01 is one per cent"
         raise InputError("symoro-elastic", "--damping", what)
     written: set[str] = set()
     for x in frequencies:
         if not (isinstance(x, Real) and 0 <= x < math.inf):
-            what = f"{x!r} is not a frequency: give numbers of Hz from 0"
+            what = f"{quote(x)} is not a frequency: give numbers of Hz from 0"
             raise InputError("symoro-elastic", "--frequency", what)
         if f"{x:g}" in written:
             raise InputError("symoro-elastic", "--frequency", f"{x:g} Hz is given twice: remove one")
@@ -133,12 +135,12 @@ class Plan:
     @property
     def digest(self) -> str:
         """A digest of the machine, what is computed of it, and the points."""
-        records = [Path(motion.path).read_bytes() for motion in self.swept.machine.asked.motions if _is_there(motion)]
+        records = [read_file(motion.path) for motion in self.swept.machine.asked.motions if _is_there(motion)]
         return digest(__version__, self.swept, self.quantities, self.design.points, records)
 
 
 def _is_there(motion: PrescribedMotion) -> bool:
-    return bool(motion.file) and Path(motion.path).is_file()
+    return bool(motion.file) and is_plain_file(motion.path)
 
 
 def plan(machine: DescribedMachine, options: Sweeping) -> Plan:
@@ -146,7 +148,7 @@ def plan(machine: DescribedMachine, options: Sweeping) -> Plan:
     _refuse(options)
     over = options.over
     if not isinstance(over, Mapping) or not all(isinstance(name, str) for name in over):
-        what = f'{over!r} gives no values by name: write {{"name": "LOW:HIGH:COUNT"}}'
+        what = f'{quote(over)} gives no values by name: write {{"name": "LOW:HIGH:COUNT"}}'
         raise InputError("symoro-elastic", "--over", what)
     axes = {name: axis(name, given) for name, given in over.items()}
     computed = _swept(options, machine)

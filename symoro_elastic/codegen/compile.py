@@ -18,6 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
+from symoro_elastic.foundation.input_files import is_plain_file
+from symoro_elastic.foundation.output_files import fill_folder
 
 Array: TypeAlias = NDArray[Any]
 
@@ -47,7 +49,10 @@ def find_compiler() -> tuple[str, ...]:
     """
     asked = os.environ.get("CC", "").strip()
     if asked:
-        command = tuple(shlex.split(asked))
+        try:
+            command = words(asked)
+        except ValueError:
+            raise CompilerMissing(f"CC is {asked!r}, with an unmatched quotation mark: mend it, or unset it") from None
         if shutil.which(command[0]) is None:
             raise CompilerMissing(f"CC is {asked!r}, and there is no such program: set CC to a C compiler, or unset it")
         return command
@@ -57,6 +62,14 @@ def find_compiler() -> tuple[str, ...]:
     raise CompilerMissing(
         f"no C compiler ({', '.join(COMPILERS)}): install one (Debian: apt install gcc), or set CC to yours"
     )
+
+
+def words(command: str) -> tuple[str, ...]:
+    """Return the words of a command as a shell takes them; raises `ValueError`, the command, for an open quotation."""
+    try:
+        return tuple(shlex.split(command))
+    except ValueError:
+        raise ValueError(command) from None
 
 
 def optimisation(package: Package) -> str:
@@ -95,13 +108,11 @@ def compile_object(
 
 def _compiled(files: Mapping[str, str], command: Sequence[str], made: Path) -> Path:
     """What a command makes of files in its folder."""
-    made.parent.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        (made.parent / name).write_text(text, encoding="utf-8")
+    fill_folder(made.parent, files)
     done = subprocess.run(command, cwd=made.parent, capture_output=True, text=True, check=False)
     if done.returncode:
         raise CompilationFailed(f"{command[0]}: {_first_complaint(done.stderr)}")
-    if not made.is_file():
+    if not is_plain_file(made):
         kind = (
             "object file, is it a C compiler?"
             if made.suffix == ".o"

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.shipped import example_called
+from symoro_elastic.foundation.input_files import read_file
 
 MAX_BYTES = 5_000_000
 UTF_8, WESTERN = "utf-8-sig", "cp1252"
@@ -16,25 +16,10 @@ UTF_8, WESTERN = "utf-8-sig", "cp1252"
 
 def load_text(path: str | Path, encodings: Sequence[str] = (UTF_8,)) -> str:
     """The text of a file in the first of these encodings that it fits, at most 5 MB, without byte order mark."""
-    file = Path(path)
-    try:
-        if not file.is_file():
-            missing = "is not a file" if file.exists() else f"there is no such file{_example(file.name)}"
-            raise InputError(str(path), "file", missing)
-        with file.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else error
-        raise InputError(str(path), "file", f"cannot be read: {reason}") from None
+    content = read_file(path, most=MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
         raise InputError(str(path), "file", f"larger than {MAX_BYTES // 10**6} MB: too large for a machine description")
     return _decoded(content, str(path), encodings)
-
-
-def _example(name: str) -> str:
-    """The end of a message about a file that is missing, where it has the name of an example."""
-    known = example_called(name)
-    return f"; an example is called so, which symoro-elastic new --example {known} writes" if known else ""
 
 
 def _decoded(content: bytes, source: str, encodings: Sequence[str]) -> str:

@@ -10,6 +10,7 @@ from enum import Enum
 from pathlib import Path
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.machine.format_names import SYMORO, is_robot
 
 MOST_CHARACTERS = 5_000_000
@@ -47,7 +48,7 @@ def read_as(kind: FileKind, path: str | Path) -> Iterator[None]:
 def kind_of(path: Path) -> FileKind | None:
     """Return the kind of a file by its suffix and its first words; None where they do not tell."""
     suffix = path.suffix.lower()
-    if not path.is_file():
+    if not is_plain_file(path):
         return None
     if suffix == ".npz":
         return FileKind.TABLE
@@ -61,9 +62,9 @@ def kind_of(path: Path) -> FileKind | None:
 def _kind_of_table(path: Path) -> FileKind | None:
     """Whether the first column is the time, or a column is an angle of a DH table."""
     try:
-        with path.open(encoding="utf-8-sig") as file:
-            cells = re.split("[,;\t]", file.readline(HEADER))
-    except (OSError, UnicodeDecodeError):
+        first = read_file(path, most=HEADER).splitlines() or [b""]
+        cells = re.split("[,;\t]", first[0].decode("utf-8-sig"))
+    except (InputError, UnicodeDecodeError):
         return None
     names = [cell.partition("[")[0].strip(' "\n') for cell in cells]
     return FileKind.TABLE if names[0] == "t" else FileKind.MACHINE if "alpha" in names else None
@@ -71,9 +72,8 @@ def _kind_of_table(path: Path) -> FileKind | None:
 
 def _kind_of_toml(path: Path) -> FileKind | None:
     try:
-        with path.open(encoding="utf-8-sig") as file:
-            keys = tomllib.loads(file.read(MOST_CHARACTERS)).keys()
-    except (OSError, ValueError, RecursionError):
+        keys = tomllib.loads(read_file(path, most=MOST_CHARACTERS).decode("utf-8-sig")).keys()
+    except (InputError, ValueError, RecursionError):
         return None
     if "joints" in keys:
         return FileKind.MACHINE

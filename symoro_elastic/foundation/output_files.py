@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import stat
 import tempfile
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import AT_ONCE, is_plain_file, kind_of_file
 
 try:
     import fcntl
@@ -61,7 +63,7 @@ def refuse_file(path: str | Path, place: str = "file") -> None:
             raise InputError(str(path), place, "cannot be written: it is a folder, give the name of a file")
         if not Path(os.path.realpath(target)).parent.is_dir():
             raise InputError(str(path), place, "cannot be written: its folder does not exist: create it first")
-        if not _is_device(target):
+        if not _takes_bytes(target):
             _refuse_to_replace(target, place)
 
 
@@ -80,7 +82,7 @@ def write_file(content: bytes, path: str | Path, place: str = "file") -> None:
     refuse_file(path, place)
     target = Path(os.path.realpath(path))
     with failures(path, place):
-        if _is_device(target):
+        if _takes_bytes(target):
             target.write_bytes(content)
         else:
             replace_files(target.parent, {target.name: content})
@@ -109,6 +111,13 @@ def write_all(
                 stack.enter_context(make_folder(parent))
             replace_files(folder, contents)
     return [folder / name for name in contents]
+
+
+def fill_folder(folder: Path, texts: Mapping[str, str]) -> None:
+    """Write texts to a folder of the program itself, such as a temporary one, which is made. Raises `OSError`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="utf-8")
 
 
 def replace_files(folder: Path, contents: Mapping[str, bytes]) -> None:
@@ -149,6 +158,8 @@ def _refuse_to_replace(target: Path, place: str, own: bool = False) -> None:
             raise InputError(str(target), place, "is read by this command: choose another name")
     if target.is_dir():
         raise InputError(str(target), place, "is a folder: move it away, or choose another place")
+    if target.exists() and not is_plain_file(target):
+        raise InputError(str(target), place, f"is a {kind_of_file(os.stat(target))}: give the name of a file")
     if not (own or is_forced()):
         raise InputError(str(target), place, "exists already: choose another name, or replace it with --force")
 
@@ -162,9 +173,9 @@ def _refuse_link(folder: Path, parent: Path, place: str) -> None:
         refuse_folder(each, place)
 
 
-def _is_device(path: Path) -> bool:
-    """Whether a path is something that only takes bytes, such as a pipe or /dev/null."""
-    return path.exists() and not path.is_file() and not path.is_dir()
+def _takes_bytes(path: Path) -> bool:
+    """Whether a path is a device that takes bytes one by one, such as /dev/null or a terminal; a pipe is none."""
+    return path.is_char_device()
 
 
 @contextmanager
@@ -226,7 +237,7 @@ def _lock(staging: Path) -> int | None:
     if fcntl is None:
         return None
     try:
-        opened = os.open(staging, os.O_RDONLY)
+        opened = os.open(staging, os.O_RDONLY | os.O_DIRECTORY)
     except OSError:
         return None
     try:
@@ -249,11 +260,12 @@ def _remove_leftover(staging: Path) -> None:
 def open_at_end(path: str | Path, place: str = "file") -> Iterator[Callable[[bytes], None]]:
     """Open a file at its end, and give what writes a block to it, whole and at once; other runs are kept out.
 
-    Raises `InputError` where it cannot be written, and where another run writes it.
+    Raises `InputError` where it cannot be written, where it is a link or no plain file, and where another run writes
+    it.
     """
     _refuse_name(path, place)
     with failures(path, place):
-        opened = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        opened = _opened_at_end(path, place)
 
     def write(block: bytes) -> None:
         with failures(path, place):
@@ -265,6 +277,19 @@ def open_at_end(path: str | Path, place: str = "file") -> Iterator[Callable[[byt
         yield write
     finally:
         os.close(opened)
+
+
+def _opened_at_end(path: str | Path, place: str) -> int:
+    """Return a plain file opened at its end without waiting; it is made where nothing is there."""
+    if os.path.islink(path):
+        raise InputError(str(path), place, "is a link: give the name of the file itself")
+    if os.path.exists(path) and not is_plain_file(path):
+        raise InputError(str(path), place, f"is a {kind_of_file(os.stat(path))}: give the name of a file")
+    opened = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | AT_ONCE | getattr(os, "O_NOFOLLOW", 0), 0o666)
+    if stat.S_ISREG(os.fstat(opened).st_mode):
+        return opened
+    os.close(opened)
+    raise InputError(str(path), place, "is not a plain file: give the name of one")
 
 
 def _lock_or_refuse(opened: int, path: str | Path, place: str) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.foundation.output_files import (
     STAGING,
     alone_in,
@@ -88,12 +89,12 @@ def _is_within(folder: Path, name: str) -> bool:
 
 def _read(path: Path) -> Manifest | None:
     """The list of files at a path, None where there is none."""
+    if not os.path.exists(path):
+        return None
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(read_file(path, "files").decode("utf-8"))
         names = frozenset(name for name in found["files"] if _is_within(path.parent, name))
         return Manifest(names, {str(name): str(value) for name, value in found.get("sha256", {}).items()})
-    except FileNotFoundError:
-        return None
     except (ValueError, KeyError, TypeError, AttributeError):
         if is_forced() or path.parent.name.startswith(STAGING):
             return None
@@ -103,9 +104,9 @@ def _read(path: Path) -> Manifest | None:
 def _refuse_changed(folder: Path, known: Sequence[Manifest]) -> None:
     """Raise `InputError` for a file whose text is not one of those known."""
     listed = {name for manifest in known for name in manifest.names}
-    for name in sorted(name for name in listed if (folder / name).is_file() and not is_forced()):
+    for name in sorted(name for name in listed if is_plain_file(folder / name) and not is_forced()):
         path = folder / name
-        text = _hash(path.read_bytes())
+        text = _hash(read_file(path, "--out"))
         if not any(manifest.wrote(name, text) for manifest in known):
             what = "was changed since it was generated: keep a copy elsewhere, or replace it with --force"
             raise InputError(str(path), "--out", what)

@@ -17,6 +17,7 @@ import numpy as np
 from symoro_elastic.codegen.compile import CompiledPackage
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.output_files import fill_folder
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import TracedModel
@@ -82,9 +83,7 @@ def numpy_model(
 
 def import_package(files: Mapping[str, str], folder: Path) -> ModuleType:
     """Write a generated numpy package to a folder and return it as a module with a unique name."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    fill_folder(folder, files)
     name = f"symoro_elastic_generated_{next(_numbers)}"
     spec = importlib.util.spec_from_file_location(
         name, folder / "__init__.py", submodule_search_locations=[str(folder)]

@@ -277,6 +277,10 @@ def test_a_missing_compiler_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     found = verify(planar_2r(), states=(2, 2))
     assert found.ok and "no-such-compiler" in found.missing
     assert all(model.c is None and model.numpy.ok for model in found.models)
+    for open_quotation in ('"gcc', "gcc 'x"):
+        monkeypatch.setenv("CC", open_quotation)
+        with pytest.raises(CompilerMissing, match=r"CC is .*, with an unmatched quotation mark: mend it"):
+            find_compiler()
     monkeypatch.delenv("CC")
     monkeypatch.setenv("PATH", "")
     with pytest.raises(CompilerMissing, match=r"gcc, clang, cc.*install one.*CC"):

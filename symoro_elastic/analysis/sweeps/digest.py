@@ -12,13 +12,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from pathlib import Path, PurePath
+from pathlib import PurePath
 from types import CodeType, EllipsisType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import is_plain_file, read_file
 
 OWN = __name__.partition(".")[0]
 SOURCE = "source"
@@ -159,8 +160,8 @@ class _Words:
         found = sys.modules.get(name)
         file = getattr(found, "__file__", None) or ""
         yield str(getattr(found, "__version__", "")).encode()
-        if file.endswith(".py") and Path(file).is_file():
-            yield Path(file).read_bytes()
+        if file.endswith(".py") and is_plain_file(file):
+            yield read_file(file)
 
 
 def _is_code(value: Any) -> bool:

@@ -14,6 +14,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.machine.formula import FormulaError, number, refuse_range
+from symoro_elastic.machine.names import quote
 
 OPTION = "--over"
 LOG = "log"
@@ -99,14 +100,14 @@ def axis(name: str, given: AxisLike) -> Axis:
         found = _of_text(given) if isinstance(given, str) else Values(_numbers(given))
         _refuse(found)
     except (ValueError, OverflowError) as error:
-        shown = f"{name}={given}" if isinstance(given, str) else f"{name}: {_cut(given)}"
-        raise InputError("symoro-elastic", OPTION, f"{shown!r}: {error}") from None
+        shown = f"{name}={given}" if isinstance(given, str) else f"{name}: {one_line(given)}"
+        raise InputError("symoro-elastic", OPTION, f"{quote(shown)}: {error}") from None
     return found
 
 
-def _cut(given: object) -> str:
-    text = " ".join(repr(given).split())
-    return text if len(text) <= 60 else f"{text[:57]}..."
+def one_line(given: object) -> str:
+    """Return how Python writes a value, on one line."""
+    return " ".join(repr(given).split())
 
 
 def _numbers(given: float | Sequence[float]) -> tuple[float, ...]:
@@ -117,7 +118,7 @@ def _numbers(given: float | Sequence[float]) -> tuple[float, ...]:
         raise ValueError(f"is not a list of numbers; {FORMS}")
     for x in listed:
         if isinstance(x, bool) or not isinstance(x, Real):
-            raise ValueError(f"{x!r} is not a number")
+            raise ValueError(f"{quote(one_line(x))} is not a number")
     return tuple(float(x) for x in listed)
 
 
@@ -144,7 +145,7 @@ def _number(text: str) -> float:
     try:
         return number(text)
     except FormulaError as error:
-        raise ValueError(f"{text!r} is not a number ({error}); {FORMS}") from None
+        raise ValueError(f"{quote(text)} is not a number ({error}); {FORMS}") from None
 
 
 def _count(text: str) -> int:

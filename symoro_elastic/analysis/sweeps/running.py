@@ -17,6 +17,7 @@ from symoro_elastic.analysis.sweeps.design import Design, rows
 from symoro_elastic.analysis.sweeps.processes import Computed, Numbered, Processes, cores, refuse_workers
 from symoro_elastic.analysis.sweeps.tasks import Outcome, Task
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.foundation.output_files import cut_file, is_forced, open_at_end, remove_file
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.sizes import MOST_HELD, refuse_numbers
@@ -153,20 +154,20 @@ def open_journal(path: Path | None, digest: str, count: int) -> Iterator[tuple[d
         yield {}, lambda _: None
         return
     head = json.dumps({"title": TITLE, "digest": digest, "points": count}).encode("ascii") + b"\n"
-    try:
-        with open_at_end(path, PLACE) as write:
+    with open_at_end(path, PLACE) as write:
+        try:
             done = _read(path, head, count)
             if not path.stat().st_size:
                 write(head)
             yield done, lambda outcomes: write(b"".join(_line(k, one) for k, one in outcomes))
-    finally:
-        if path.exists() and path.read_bytes()[: len(head) + 1] == head:
-            remove_file(path)
+        finally:
+            if is_plain_file(path) and head.startswith(read_file(path, PLACE, len(head) + 1)):
+                remove_file(path)
 
 
 def _read(path: Path, head: bytes, count: int) -> dict[int, Outcome]:
     """Return the outcomes in a journal; what is not whole, or of another sweep and to be replaced, is cut off."""
-    content = path.read_bytes()
+    content = read_file(path, PLACE)
     whole = content[: content.rfind(b"\n") + 1]
     done: dict[int, Outcome] = {}
     if not whole.startswith(head):

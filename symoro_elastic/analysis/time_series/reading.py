@@ -6,6 +6,7 @@ Nothing is unpickled, no array is made before its size is known, and no more is 
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 import struct
@@ -16,14 +17,15 @@ from array import array
 from collections.abc import Iterator, Sequence
 from itertools import chain, islice
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, BinaryIO
 
 import numpy as np
 
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
-from symoro_elastic.formats.separated import COMMA, Decimals, first_line, separator_of
+from symoro_elastic.formats.separated import COMMA, Decimals, separator_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import open_file, size_of
 from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES
 
 Columns = dict[str, Array]
@@ -53,17 +55,12 @@ def _read(path: Path) -> Columns:
     readers = {".npz": _read_npz, ".csv": _read_csv, ".txt": _read_csv}
     if path.suffix.lower() not in readers:
         raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
-    _refuse_file(path)
-    return readers[path.suffix.lower()](path)
+    with open_file(path) as file:
+        _refuse_size_of_file(path, size_of(file))
+        return readers[path.suffix.lower()](path, file)
 
 
-def _refuse_file(path: Path) -> None:
-    try:
-        if path.exists() and not path.is_file():
-            raise _error(path, "is not a file")
-        size = path.stat().st_size
-    except (OSError, ValueError) as error:
-        raise _error(path, f"cannot be read: {_reason(error)}") from None
+def _refuse_size_of_file(path: Path, size: int) -> None:
     if size == 0:
         raise _error(path, "is empty")
     if size > MOST_BYTES:
@@ -72,10 +69,6 @@ def _refuse_file(path: Path) -> None:
 
 def _error(path: Path, what: str, place: str = "file") -> InputError:
     return InputError(str(path), place, what)
-
-
-def _reason(error: Exception) -> str:
-    return error.strerror or "unknown reason" if isinstance(error, OSError) else "such a name is not possible"
 
 
 def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
@@ -90,20 +83,17 @@ def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
 # CSV
 
 
-def _read_csv(path: Path) -> Columns:
+def _read_csv(path: Path, file: BinaryIO) -> Columns:
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows, has_commas = _rows(path, file), _is_between_commas(path)
-            header = _header(path, *next(rows, (1, [])))
-            decimals = Decimals()
-            numbers = array("d")
-            for line, row in rows:
-                cells = row if has_commas else _with_points(path, line, row, decimals)
-                numbers.extend(_numbers(path, line, cells, header))
-                _refuse_size(path, f"line {line}", len(numbers) // len(header), len(numbers))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        what = _reason(error) if isinstance(error, OSError) else "is not text of comma-separated columns in UTF-8"
-        raise _error(path, f"cannot be read: {what}") from None
+        (rows, has_commas), decimals = _rows(path, file), Decimals()
+        header = _header(path, *next(rows, (1, [])))
+        numbers = array("d")
+        for line, row in rows:
+            cells = row if has_commas else _with_points(path, line, row, decimals)
+            numbers.extend(_numbers(path, line, cells, header))
+            _refuse_size(path, f"line {line}", len(numbers) // len(header), len(numbers))
+    except (UnicodeDecodeError, csv.Error):
+        raise _error(path, "cannot be read: is not text of comma-separated columns in UTF-8") from None
     if not numbers:
         raise _error(path, "holds no samples: a header line, then one line a sample")
     return dict(zip(header, np.array(numbers).reshape(-1, len(header)).T.copy(), strict=True))
@@ -114,14 +104,15 @@ def place_of_sample(path: str | Path, sample: int) -> str:
     place, path = f"sample {sample + 1}", Path(path)
     if path.suffix.lower() == ".npz":
         return place
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        line, _ = next(islice(_rows(path, file), sample + 1, None))
+    with open_file(path) as file:
+        line, _ = next(islice(_rows(path, file)[0], sample + 1, None))
     return f"{place}, line {line}"
 
 
-def _rows(path: Path, file: IO[str]) -> Iterator[tuple[int, list[str]]]:
-    """Return the cells of the lines that are not empty, with their numbers."""
-    lines = iter(lambda: file.readline(MOST_IN_LINE), "")
+def _rows(path: Path, file: BinaryIO) -> tuple[Iterator[tuple[int, list[str]]], bool]:
+    """Return the cells of the lines that are not empty, with their numbers, and whether commas separate columns."""
+    stream = io.TextIOWrapper(file, newline="", encoding="utf-8-sig")
+    lines = iter(lambda: stream.readline(MOST_IN_LINE), "")
 
     def short() -> Iterator[str]:
         for number, line in enumerate(lines, start=1):
@@ -131,14 +122,14 @@ def _rows(path: Path, file: IO[str]) -> Iterator[tuple[int, list[str]]]:
 
     text = short()
     first, header = next(((k, line) for k, line in enumerate(text, start=1) if line.strip()), (1, ""))
-    for number, row in enumerate(csv.reader(chain([header], text), delimiter=separator_of(header)), start=first):
-        if any(map(str.strip, row)):
-            yield number, row
+    separator = separator_of(header)
 
+    def cells() -> Iterator[tuple[int, list[str]]]:
+        for number, row in enumerate(csv.reader(chain([header], text), delimiter=separator), start=first):
+            if any(map(str.strip, row)):
+                yield number, row
 
-def _is_between_commas(path: Path) -> bool:
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        return separator_of(first_line(iter(lambda: file.readline(MOST_IN_LINE), ""))) == COMMA
+    return cells(), separator == COMMA
 
 
 def _with_points(path: Path, line: int, row: Sequence[str], decimals: Decimals) -> list[str]:
@@ -187,12 +178,11 @@ def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -
 # NPZ
 
 
-def _read_npz(path: Path) -> Columns:
+def _read_npz(path: Path, file: BinaryIO) -> Columns:
     try:
-        with path.open("rb") as file:
-            if file.read(len(ARRAY_MAGIC)) == ARRAY_MAGIC:
-                raise _error(path, "is a single array (.npy): save it with numpy.savez(FILE, t=..., q=..., tau=...)")
-        with zipfile.ZipFile(path) as archive:
+        if file.read(len(ARRAY_MAGIC)) == ARRAY_MAGIC:
+            raise _error(path, "is a single array (.npy): save it with numpy.savez(FILE, t=..., q=..., tau=...)")
+        with zipfile.ZipFile(file) as archive:
             return _arrays(path, archive)
     except DAMAGED:
         raise _error(path, "cannot be read as arrays of numbers: damaged, or not a file of numpy.savez") from None

@@ -251,7 +251,7 @@ def _held(linear: Linearization, names: Collection[str]) -> set[int]:
     held = [motion.motor(name, "--hold") for name in names]
     slopes = linear.motors[held]
     fixed = {k for column, k in enumerate(linear.kept) if slopes[:, column].any()}
-    if len(fixed) > np.linalg.matrix_rank(slopes):
+    if held and len(fixed) > np.linalg.matrix_rank(slopes):
         moving = ", ".join(motion.names[k] for k in sorted(fixed))
         what = f"{', '.join(names)} alone would leave {moving} free to move together: hold them all"
         raise InputError(motion.source, "--hold", what)

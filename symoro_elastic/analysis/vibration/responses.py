@@ -115,7 +115,7 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     for first in range(0, len(finite), BLOCK):
         block = finite[first : first + BLOCK]
         s = 2j * np.pi * frequencies[block][:, None, None]
-        moved = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F.astype(complex))
+        moved = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F.astype(complex)[None])
         values[block] = (linear.Cq + s * linear.Cv + s * s * linear.Ca) @ moved
     machine = linear.motion.given
     units = {name: input_unit(machine, name) for name in linear.inputs}

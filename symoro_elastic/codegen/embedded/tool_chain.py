@@ -10,7 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from symoro_elastic.codegen.compile import STANDARD, CompilationFailed, CompilerMissing, compile_object, find_compiler
+from symoro_elastic.codegen.compile import (
+    STANDARD,
+    CompilationFailed,
+    CompilerMissing,
+    compile_object,
+    find_compiler,
+    words,
+)
+from symoro_elastic.foundation.input_files import is_plain_file, read_file
 
 PACKAGES = {
     "gcc": "gcc",
@@ -48,19 +56,12 @@ def tool_chain(compiler: str = "", flags: str = "") -> ToolChain:
 
     Raises `CompilerMissing` that names the package, `ValueError` that is the text with an open quotation mark.
     """
-    command = _words(compiler) or find_compiler()
+    command = words(compiler) or find_compiler()
     if shutil.which(command[0]) is None:
         package = PACKAGES.get(Path(command[0]).name)
         remedy = f"install it (Debian: apt install {package})" if package else "install it, or name another"
         raise CompilerMissing(f"there is no program {command[0]!r}: {remedy}")
-    return ToolChain(command, (*STANDARD, "-O2", *_words(flags)))
-
-
-def _words(text: str) -> tuple[str, ...]:
-    try:
-        return tuple(shlex.split(text))
-    except ValueError:
-        raise ValueError(text) from None
+    return ToolChain(command, (*STANDARD, "-O2", *words(flags)))
 
 
 def compile_file(files: Mapping[str, str], source: str, tools: ToolChain) -> Compiled:
@@ -72,9 +73,9 @@ def compile_file(files: Mapping[str, str], source: str, tools: ToolChain) -> Com
         flags = [*tools.flags, "-g", "-fstack-usage"]
         made = compile_object(files, Path(folder), tools.compiler, flags, source)
         usage = made.with_suffix(".su")
-        if not usage.is_file():
+        if not is_plain_file(usage):
             raise CompilationFailed(f"{tools.compiler[0]}: does not report the stack of functions (-fstack-usage)")
-        return Compiled(_listing(made, tools), usage.read_text(encoding="utf-8"))
+        return Compiled(_listing(made, tools), read_file(usage).decode("utf-8"))
 
 
 def _listing(made: Path, tools: ToolChain) -> str:

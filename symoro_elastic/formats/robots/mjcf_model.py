@@ -14,8 +14,11 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from symoro_elastic.formats.files import MAX_BYTES, load_text
+from symoro_elastic.formats.robots.mjcf_sizes import Sizes, with_copies
+from symoro_elastic.formats.robots.robot import LARGEST
 from symoro_elastic.formats.robots.xml_text import root_element
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.machine.names import quote
 
@@ -23,7 +26,6 @@ SEEN_ONLY = ("sensors", "keys", "pairs", "tuples", "numerics", "texts", "skins",
 """Lists of what moves nothing and may be large, or name files."""
 
 OLDEST = 4
-LARGEST = 1e50
 WITHOUT_MEASURE = f"that is not finite, or beyond {LARGEST:g}"
 READ = {
     "body_pos": ("body", "pos"),
@@ -76,6 +78,7 @@ def mujoco_model(text: str, source: str) -> Compiled:
     try:
         with _in_silence(mujoco):
             spec = mujoco.MjSpec.from_string(sources.text, include=sources.parts)
+            spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE  # ranges of muscles are not needed, and take time
             has_contacts = any(geom.contype or geom.conaffinity for geom in spec.geoms)
             _drop_what_is_seen_only(spec)
             _drop_shapes(spec, mujoco)
@@ -167,7 +170,7 @@ def _take_meshes(spec: Any, sources: Sources) -> None:
             spec.assets[mesh.file] = content
 
 
-MOST_COPIES, MOST_PARTS, MOST_SHAPE_BYTES = 1000, 100, 100_000_000
+MOST_PARTS, MOST_SHAPE_BYTES = 100, 100_000_000
 OTHER_ROOTS = {
     "robot": "this is a URDF: give it the suffix .urdf",
     "sdf": "SDF is not read: write it as URDF or MJCF",
@@ -183,6 +186,7 @@ class Sources:
     text: str
     path: str
     parts: dict[str, bytes] = field(default_factory=dict)
+    sizes: Sizes = field(default_factory=Sizes)
 
     @property
     def folder(self) -> Path:
@@ -193,11 +197,10 @@ class Sources:
         """Return the content of the file of a shape; raises `InputError`, which says what needs it."""
         remedy = f"body {quote(needed_by)} has no <inertial>, so its shape gives its mass: add an <inertial>"
         file = self._inside(name, f"mesh {quote(name)}", remedy)
-        try:
-            content = file.read_bytes() if file.stat().st_size <= MOST_SHAPE_BYTES else None
-        except OSError:
-            raise self.error(f"mesh {quote(name)}", f"there is no such file; {remedy}, or the file") from None
-        if content is None:
+        if not is_plain_file(file):
+            raise self.error(f"mesh {quote(name)}", f"there is no such file; {remedy}, or the file")
+        content = read_file(file, most=MOST_SHAPE_BYTES + 1)
+        if len(content) > MOST_SHAPE_BYTES:
             raise self.error(f"mesh {quote(name)}", f"larger than {MOST_SHAPE_BYTES // 10**6} MB; {remedy}")
         return content
 
@@ -222,7 +225,7 @@ class Sources:
         beside = str(PurePosixPath(by).parent / name)
         for path in dict.fromkeys((name, beside)):
             file = self._inside(path, place, remedy)
-            if file.is_file():
+            if is_plain_file(file):
                 return path, load_text(file)
         raise self.error(place, f"there is no such file beside {quote(Path(self.path).name)}")
 
@@ -240,8 +243,9 @@ def sources_of(text: str, path: str) -> Sources:
 
 def _take(root: Element, file: str, path: str, found: Sources, copies: int = 1) -> None:
     """Refuse what is not taken of a file, and add the parts that it includes, with theirs."""
-    for element, times in _with_copies(root, copies):
-        _refuse(element, times, file)
+    for element, times in with_copies(root, copies):
+        _refuse(element, file)
+        found.sizes.add(element, times, file)
         if element.tag == "include":
             _include(element, path, found, times)
 
@@ -261,8 +265,8 @@ def _include(element: Element, by: str, found: Sources, copies: int) -> None:
     _take(root_element(text, file), file, path, found, copies)
 
 
-def _refuse(element: Element, copies: int, file: str) -> None:
-    """Refuse what is not a tree of rigid bodies, other models, and copies without measure."""
+def _refuse(element: Element, file: str) -> None:
+    """Refuse what is not a tree of rigid bodies, and other models."""
     if element.tag in DEFORMABLE:
         raise InputError(file, f"<{element.tag}>", "it makes deformable bodies: only rigid ones are modelled")
     if element.tag == "plugin":
@@ -270,17 +274,3 @@ def _refuse(element: Element, copies: int, file: str) -> None:
     if element.tag == "model" and "file" in element.attrib:
         what = "it attaches another model: let MuJoCo write both into one file, and read that"
         raise InputError(file, f"model {quote(element.attrib['file'])}", what)
-    if copies > MOST_COPIES:
-        raise InputError(file, "replicate", f"it makes more than {MOST_COPIES} copies: too many for a machine")
-
-
-def _with_copies(root: Element, before: int) -> Iterator[tuple[Element, int]]:
-    """Yield every element in its order, with how often each <replicate> around it repeats it."""
-    waiting = [(root, before)]
-    while waiting:
-        element, times = waiting.pop()
-        if element.tag == "replicate":
-            count = element.get("count", "1").strip()
-            times *= int(count) if count.isdecimal() and len(count) < 10 else MOST_COPIES + 1
-        yield element, times
-        waiting += ((child, times) for child in reversed(element))

@@ -24,7 +24,16 @@ from symoro_elastic.formats.robots.displacements import (
     rows_of,
 )
 from symoro_elastic.formats.robots.joint_tree import Tree, tree_of
-from symoro_elastic.formats.robots.robot import Connection, Description, JointType, Link, LinkJoint, Mimicked, Placement
+from symoro_elastic.formats.robots.robot import (
+    Connection,
+    Description,
+    JointType,
+    Link,
+    LinkJoint,
+    Mimicked,
+    Placement,
+    refuse_out_of_range,
+)
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine, Origin
@@ -67,6 +76,7 @@ def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
 
     Angles are then multiples of pi/12 and lengths zero. Raises `InputError` that names the joint or the link.
     """
+    refuse_out_of_range(description, source)
     tree = tree_of(description, source)
     builder = _Builder(tree, source, snap)
     table = Table(builder.machine, builder.deviation)
@@ -353,15 +363,16 @@ class Followers:
         Raises `InputError` for one that follows itself, or no joint that moves.
         """
         joints = {one.name: one for one in self.tree.description.joints}
+        assert joint.follows is not None
         found, seen = joint.follows, [joint.name]
-        assert found is not None
         while True:
             if found.joint not in joints:
                 what = f"it mimics {quote(found.joint)}, which is not a joint{did_you_mean(found.joint, joints)}"
                 raise self._wrong(joint, what)
             leader = joints[found.joint]
             if leader.name in seen:
-                raise self._wrong(joint, f"it mimics {quote(leader.name)}, which mimics it: break the cycle")
+                what = "mimics it" if leader is joint else "follows itself"
+                raise self._wrong(joint, f"it mimics {quote(joint.follows.joint)}, which {what}: break the cycle")
             if leader.type in (JointType.FIXED, JointType.FLOATING):
                 raise self._wrong(joint, f"it mimics {quote(leader.name)}, which has no variable of its own")
             if not any((found.multiplier, *found.powers)):

@@ -6,13 +6,19 @@ that frame. Units are SI, angles in radians. Arrays are of double precision, and
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.names import quote
+
+LARGEST = 1e50
+"""Numbers beyond it are refused: what is made of their products would not be finite."""
 
 
 class JointType(StrEnum):
@@ -122,3 +128,25 @@ class Description:
     connections: tuple[Connection, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     remarks: tuple[str, ...] = ()
+
+
+def refuse_out_of_range(description: Description, source: str) -> None:
+    """Raise `InputError` that names the link or the joint for a number that is not finite, or beyond 1e50."""
+    kinds: Mapping[str, tuple[Link | LinkJoint | Connection, ...]]
+    kinds = {"joint": description.joints, "link": description.links, "connection": description.connections}
+    for kind, parts in kinds.items():
+        for part in parts:
+            for key, number in _numbers(part):
+                if not np.all(np.abs(number) < LARGEST):
+                    what = f"{key} holds a number that is not finite, or beyond {LARGEST:g}"
+                    raise InputError(source, f"{kind} {quote(part.name)}", what)
+
+
+def _numbers(part: Any) -> Iterator[tuple[str, Array]]:
+    """Yield the numbers of a link, a joint or a connection by the name of the field."""
+    for key in fields(part):
+        value = getattr(part, key.name)
+        if isinstance(value, Placement | Mimicked):
+            yield from ((key.name, number) for _, number in _numbers(value))
+        elif isinstance(value, float | tuple | np.ndarray):
+            yield key.name, np.asarray(value, dtype=float)

@@ -17,6 +17,7 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.generation.fmu import Options
@@ -143,7 +144,7 @@ def shared_library(package: Package, sources: Files, version: int) -> bytes | No
     names = [f"{package.name}.c", interface_file(version)]
     with tempfile.TemporaryDirectory(prefix="symoro_elastic_") as folder:
         try:
-            return compile_library(sources, Path(folder), flags=flags, sources=names).read_bytes()
+            return read_file(compile_library(sources, Path(folder), flags=flags, sources=names))
         except CompilerMissing:
             return None
         except CompilationFailed as error:

@@ -14,6 +14,7 @@ from typing import Any
 
 from symoro_elastic.codegen.javascript import javascript_function
 from symoro_elastic.codegen.templates import render, template_folder
+from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.pages.drawing.figure import Figure
@@ -108,7 +109,7 @@ def _policy(page: str) -> str:
 
 
 def _file(name: str) -> str:
-    return (template_folder() / "view" / name).read_text(encoding="utf-8")
+    return read_file(template_folder() / "view" / name).decode("utf-8")
 
 
 def _solid(solid: Solid) -> dict[str, Any]:

@@ -10,7 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.output_files import write_file
+from symoro_elastic.foundation.input_files import is_plain_file, read_file
+from symoro_elastic.foundation.output_files import fill_folder, write_file
 
 INSTEAD = "use --format latex or html"
 QUIET = ("-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape")
@@ -31,13 +32,12 @@ def pdf(tex: str, path: Path) -> Path:
     """
     engine = find_engine(str(path))
     with TemporaryDirectory(prefix="symoro-elastic-") as folder:
-        source = Path(folder, "equations.tex")
-        source.write_text(tex, encoding="utf-8")
-        made = source.with_suffix(".pdf")
+        fill_folder(Path(folder), {"equations.tex": tex})
+        made = Path(folder, "equations.pdf")
         log = _compile(engine, folder)
-        if not made.is_file():
+        if not is_plain_file(made):
             raise InputError(str(path), "pdf", f"{engine} failed{_reason(log)}: {INSTEAD}")
-        write_file(made.read_bytes(), path)
+        write_file(read_file(made), path)
     return path
 
 

@@ -575,7 +575,7 @@ def test_bad_columns(arm: Machine, tmp_path: Path) -> None:
 
 def test_bad_files(arm: Machine, elastic: Machine, tmp_path: Path) -> None:
     data = columns(arm)
-    refused(tmp_path / "no.csv", arm, "file: cannot be read: No such file")
+    refused(tmp_path / "no.csv", arm, "file: there is no such file")
     refused(tmp_path / "no.xlsx", arm, "measurements are .csv or .npz")
     (tmp_path / "short.csv").write_text("t,q_elbow\n")
     refused(tmp_path / "short.csv", arm, "holds no samples")

@@ -285,7 +285,7 @@ def test_the_line_of_a_bad_sample_is_named(cell: str, said: str, tmp_path: Path)
 
 def test_a_record_that_is_not_there(tmp_path: Path) -> None:
     missing = replace(motion(file="none.csv"), source=str(tmp_path / "scene.toml"))
-    with pytest.raises(InputError, match=r"none\.csv: file: cannot be read: No such file"):
+    with pytest.raises(InputError, match=r"none\.csv: file: there is no such file"):
         reference_of(drive(), missing)
 
 

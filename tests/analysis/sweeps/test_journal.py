@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import shutil
 import threading
 from dataclasses import replace
@@ -187,6 +188,25 @@ def test_a_damaged_line_is_named(tmp_path: Path, line: bytes) -> None:
     assert path.read_bytes() == damaged and "\n" not in str(error.value)
     with permission(force=True), open_journal(path, "digest", 3) as (found, _):
         assert found == {}
+
+
+def test_a_full_disk_leaves_no_empty_journal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> int:
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr(os, "write", full)
+    with pytest.raises(InputError, match="No space left"), open_journal(tmp_path / "a.journal", "digest", 1):
+        pass
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_pipe_and_a_link_are_no_journals(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link").symlink_to(tmp_path / "elsewhere")
+    for name, said in (("pipe", "is a pipe: give the name of a file"), ("link", "is a link")):
+        with pytest.raises(InputError, match=said), open_journal(tmp_path / name, "digest", 1):
+            pass
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link", "pipe"]
 
 
 def test_an_interrupted_sweep_goes_on_where_it_was(tmp_path: Path) -> None:

@@ -286,7 +286,7 @@ REFUSED = {
     "--start load=1": "--start: no motor 'load'",
     "--sample-rate 0": "--sample-rate: 0 Hz for",
     "--sample-rate 1e12": "--sample-rate: 1e+12 Hz for",
-    "--motion none.csv": "none.csv: file: cannot be read",
+    "--motion none.csv": "none.csv: file: there is no such file",
     "--out x.mat": "x.mat: --out: there is no format '.mat': end the name with .csv or .npz",
     "--value load.stifness=3": "no parameter 'load.stifness'",
     "--scene none.toml": "none.toml",

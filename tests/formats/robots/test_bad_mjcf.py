@@ -24,6 +24,8 @@ def robot(joint: str = '<joint name="j"/>', more: str = "", shapes: str = MASS, 
 BOMB = '<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>' + robot('<joint name="&b;"/>')
 OUTSIDE = '<!DOCTYPE m [<!ENTITY a SYSTEM "file:///etc/passwd">]>' + robot('<joint name="&a;"/>')
 ACTUATED = '<actuator><motor joint="j" damping="1 2"/></actuator>'
+LARGE = "the model would hold more than 1e\\+07 numbers"
+FIELD = '<asset><hfield name="h" size="1 1 1 1" nrow="9999" ncol="9999"/></asset>'
 BAD = {
     "entities": (BOMB, "line 1: a DOCTYPE"),
     "external entities": (OUTSIDE, "line 1: a DOCTYPE"),
@@ -108,6 +110,24 @@ BAD = {
         ),
         "joint 'k': equality constraints 'joint2' and others determine its position: keep one",
     ),
+    "a field of heights": (
+        robot(before='<asset><hfield name="h" size="1 1 1 1" nrow="9999" ncol="9999"/></asset>'),
+        LARGE,
+    ),
+    "a picture": (robot(before='<asset><texture name="t" type="2d" width="9999" height="9999"/></asset>'), LARGE),
+    "a number of joints' numbers": (robot(before='<size nuser_jnt="100000000"/>'), f"<size> nuser_jnt: {LARGE}"),
+    "numbers in other words": (robot(before='<size nuserdata="0x7fffffff"/>'), LARGE),
+    "numbers of many elements": (robot(before='<size nuser_body="99999"/>', more="<sensor/>" * 200), LARGE),
+    "keys": (robot(before='<size nkey="1e8"/>'), LARGE),
+    "a mesh of many parts": (
+        robot(before='<asset><mesh name="m" builtin="plate" params="3000 3000"/></asset>'),
+        "<mesh>: params divide it into more than 100 parts",
+    ),
+    "copies of many elements": (
+        robot(f'<joint name="j"/><replicate count="1000"><body>{MASS * 30}</body></replicate>'),
+        "replicate: copies make more than 20000 elements",
+    ),
+    "a name that is too long": (robot(before=f'<include file="{"a" * 5000}"/>'), "there is no such file beside"),
     "a floating robot that is held": (
         '<mujoco><worldbody><body name="a"><freejoint/>'
         f'{MASS}<body name="b"><joint/>{MASS}</body></body></worldbody>'

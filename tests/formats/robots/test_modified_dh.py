@@ -212,6 +212,19 @@ def test_joints_that_cannot_follow_are_refused(follows: Mimicked, why: str) -> N
         described(*two(follows=follows))
 
 
+def test_a_cycle_of_joints_that_mimic_is_told_by_the_next_one() -> None:
+    mass = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    links = "".join(f'<link name="{name}">{mass}</link>' for name in "abcd")
+    joints = "".join(
+        f'<joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>'
+        f'<mimic joint="{other}"/></joint>'
+        for name, parent, child, other in (("j", "a", "b", "k"), ("k", "b", "c", "OTHER"), ("l", "c", "d", "k"))
+    )
+    for other, said in (("j", "it mimics 'k', which mimics it"), ("l", "it mimics 'k', which follows itself")):
+        with pytest.raises(InputError, match=f"joint 'j': {said}: break the cycle"):
+            read(f'<robot name="r">{links}{joints.replace("OTHER", other)}</robot>')
+
+
 def test_a_spring_beside_a_motor_is_an_elastic_joint_in_a_loop_with_it() -> None:
     machine = described(*two(stiffness=3.0, neutral=0.2, damping=0.5))
     kinds = {joint.name: joint.kind for joint in machine.joints}

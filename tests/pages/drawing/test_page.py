@@ -161,7 +161,7 @@ def test_a_floating_base_is_played_where_it_is() -> None:
     found = placements_of(machine("floating_arm.toml"))
     rng = np.random.default_rng(4)
     turned = Rotation.from_rotvec(rng.uniform(-1, 1, (5, 3)))
-    base = {"P0": rng.normal(size=(5, 3)), "Q0": turned.as_quat(scalar_first=True)}
+    base = {"P0": rng.normal(size=(5, 3)), "Q0": np.roll(turned.as_quat(), 1, axis=1)}
     frame = [joint.name for joint in found.machine.joints].index("base") + 1
     for k, q in enumerate(with_base(np.zeros((5, 2)), State(base))):
         T = found.at(q)[frame]
