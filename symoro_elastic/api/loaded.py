@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import inspect
-import shutil
 import tempfile
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial, wraps
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeAlias
@@ -18,12 +19,15 @@ from symoro_elastic.api.rows import MachineLike
 from symoro_elastic.api.scenes import scene_for
 from symoro_elastic.codegen.compile import CompiledPackage, compile_package
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.real_numbers import real_numbers
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.foundation.results import Part, Shown
 from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import import_package
 
 Functions: TypeAlias = Mapping[str, Callable[..., Any]]
@@ -38,11 +42,42 @@ class LoadedModel(Shown):
     docstrings give arguments, results, shapes and units. `MOTORS` are the entries of q that tau acts on; where motors
     are on joints that follow from loops there are `MOTOR_NAMES` instead. Leading axes broadcast; p defaults to the
     machine's values, others are `parameters(name=value)`. `trace(model, functions, q, ...)` runs the lines of a model
-    on numbers of any library.
+    on numbers of any library. Arguments are real numbers: complex ones, text, dates and masked ones are a `TypeError`
+    on every backend. A model pickles as machine, scene and backend, and is compiled anew where the pickle is read.
+    `close()`, or the end of a `with` block, closes its library.
     """
 
-    def __init__(self, package: Package, module: ModuleType, functions: Functions) -> None:
-        self._package, self._module, self._functions = package, module, dict(functions)
+    def __init__(self, machine: Machine, scene: Scene, backend: str | ModuleType) -> None:
+        """Trace, render and load the models that a scene asks of a machine; raises `InputError`."""
+        load_functions = _loader(backend)
+        self._request = machine, scene, backend
+        self._package = package = programs(machine, scene).package
+        with tempfile.TemporaryDirectory(prefix="symoro_elastic_") as folder:
+            self._module = import_package(render_numpy(package), Path(folder, "numpy"))
+            self._module._runtime.real = real_numbers  # refuses text, dates and masks as other backends do
+            self._functions = dict(load_functions(package, self._module, Path(folder, "c")))
+        self._is_closed = False
+
+    def close(self) -> None:
+        """Close the functions, and the library of compiled ones; calls raise `ValueError` from now on.
+
+        A library is closed too when its model is not held any more; until then it keeps memory maps of the process.
+        """
+        for function in self._functions.values():
+            getattr(function, "close", lambda: None)()
+        self._is_closed = True
+
+    def __enter__(self) -> LoadedModel:
+        """Return the model, which is closed at the end of the block."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return machine, scene and backend: another process traces and compiles the models anew."""
+        machine, scene, backend = self._request
+        return _loaded, (machine, scene, backend if isinstance(backend, str) else _Library(backend.__name__))
 
     @property
     def name(self) -> str:
@@ -73,6 +108,8 @@ class LoadedModel(Shown):
         if name.startswith("_"):
             raise AttributeError(name)
         if name in self._functions:
+            if self._is_closed:
+                raise ValueError(f"the model of {self.name} is closed: load it again")
             return self._functions[name]
         try:
             return getattr(self._module, name)
@@ -109,18 +146,23 @@ def load(machine: MachineLike, options: Loading) -> LoadedModel:
     InputError
         For an unknown name, for a machine whose model would divide by zero, without a C compiler or a package.
     """
-    load_functions = _loader(options.backend)
+    _loader(options.backend)
     if options.steps and options.backend != "numpy":
         raise InputError("symoro-elastic", "--steps", 'time steps are loaded with backend="numpy", or generated as C')
     whole = the_machine(machine)
-    package = programs(whole, scene_for(whole, options, options.steps)).package
-    folder = Path(tempfile.mkdtemp(prefix="symoro_elastic_"))
-    try:
-        module = import_package(render_numpy(package), folder / "numpy")
-        functions = load_functions(package, module, folder / "c")
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-    return LoadedModel(package, module, functions)
+    return LoadedModel(whole, scene_for(whole, options, options.steps), options.backend)
+
+
+@dataclass(frozen=True)
+class _Library:
+    """An array library by the name of its module, which pickles as modules do not."""
+
+    name: str
+
+
+def _loaded(machine: Machine, scene: Scene, backend: str | _Library) -> LoadedModel:
+    """Return the models of a pickle, loaded anew."""
+    return LoadedModel(machine, scene, backend if isinstance(backend, str) else import_module(backend.name))
 
 
 def _loader(backend: str | ModuleType) -> Loader:
@@ -159,12 +201,17 @@ def _in_c(
     """Return one compiled function with the arguments of the one in numpy."""
     names = tuple(package.inputs(function))
 
+    signature = inspect.signature(described)
+
     @wraps(described)
     def call(*given: Any, **named: Any) -> Any:
+        if named or not len(names) - 1 <= len(given) <= len(names):
+            signature.bind(*given, **named)
         by_name = code.call(function.name, **dict(zip(names, given, strict=False)), **named)
         results = tuple(by_name.values())
         return results if len(results) > 1 else results[0]
 
+    call.close = code.close  # type: ignore[attr-defined]
     return call
 
 

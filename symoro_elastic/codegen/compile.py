@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import _ctypes
 import ctypes
 import math
 import os
 import shlex
 import shutil
 import subprocess
+import weakref
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -17,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.real_numbers import real_numbers
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.foundation.input_files import is_plain_file
 from symoro_elastic.foundation.output_files import fill_folder
@@ -142,9 +146,15 @@ class CompiledPackage:
             in_c = precision.function(package.name, name)
             arrays = len(package.inputs(function)) + len(function.results)
             self._entries[name] = _entry(loaded, in_c, arrays)
-            if function.arguments and hasattr(loaded, f"{in_c}_batch"):
-                self._batches[name] = _entry(loaded, f"{in_c}_batch", arrays, ctypes.c_size_t)
+            if function.arguments:
+                with suppress(AttributeError):
+                    self._batches[name] = _entry(loaded, f"{in_c}_batch", arrays, ctypes.c_size_t)
         self._defaults = np.array([parameter.value for parameter in package.parameters], dtype=float)
+
+    def close(self) -> None:
+        """Close the library, as soon as no call is running; calls raise `ValueError` from now on."""
+        self._entries.clear()
+        self._batches.clear()
 
     def call(self, function: str, **arrays: ArrayLike) -> dict[str, Array]:
         """Results by name of a function such as `direct_dynamics` at q=..., qd=..., tau=..., p=....
@@ -152,7 +162,9 @@ class CompiledPackage:
         Leading axes broadcast; p defaults to the machine's values. Raises `ValueError` naming
         the array whose shape is wrong, `TypeError` for arguments that the function has not.
         """
-        signature, entry = self._functions[function], self._entries[function]
+        signature, entry = self._functions[function], self._entries.get(function)
+        if entry is None:
+            raise ValueError(f"the model of {self.package.name} is closed: load it again")
         inputs = self._inputs(signature, arrays)
         lead = np.broadcast_shapes(*(array.shape[:-1] for array in inputs))
         states = math.prod(lead)
@@ -217,11 +229,17 @@ def compile_package(
 
 
 def load_library(library: Path) -> ctypes.CDLL:
-    """Return a compiled library; raises `CompilationFailed` for a file that is not a library."""
+    """Return a compiled library, which is closed when neither it nor a function of it is held any more.
+
+    Raises `CompilationFailed` for a file that is not a library.
+    """
     try:
-        return ctypes.CDLL(str(library.resolve()))
+        loaded = ctypes.CDLL(str(library.resolve()))
     except OSError as error:
         raise CompilationFailed(f"what the compiler wrote cannot be loaded: {error}") from None
+    if close := getattr(_ctypes, "dlclose", None):
+        weakref.finalize(loaded, close, loaded._handle).atexit = False
+    return loaded
 
 
 def _entry(library: ctypes.CDLL, name: str, arrays: int, *first: Any) -> Any:
@@ -232,7 +250,7 @@ def _entry(library: ctypes.CDLL, name: str, arrays: int, *first: Any) -> Any:
 
 
 def _checked(name: str, value: ArrayLike, size: int) -> Array:
-    array = np.asarray(value, dtype=float)
+    array = np.asarray(real_numbers(value), dtype=float)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{name} has shape {array.shape}: (..., {size}) is expected")
     return array

@@ -16,6 +16,7 @@ import numpy as np
 
 from symoro_elastic.codegen.backends.numpy_programs import Model, models_of, one_or_all
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.real_numbers import refuse_no_numbers
 from symoro_elastic.foundation.errors import InputError
 
 Functions = dict[str, Callable[..., Any]]
@@ -47,6 +48,7 @@ class _Namespace:
 
     def array(self, value: Any) -> Any:
         """Return an array of the library; numbers of Python become double precision, those of numpy keep theirs."""
+        refuse_no_numbers(value)
         if hasattr(value, "shape") and not isinstance(value, np.ndarray):
             return value
         try:
@@ -54,7 +56,7 @@ class _Namespace:
         except (TypeError, RuntimeError):  # numbers of the library that are not known yet
             return self.library.asarray(value)
         if array.dtype.kind not in "fiub":
-            raise TypeError("arguments are real numbers")
+            raise TypeError("arguments are real numbers, not objects")
         own = array.astype(array.dtype if array.dtype.kind == "f" else float)  # a copy: PyTorch shares memory
         return self.library.asarray(own)
 

@@ -11,6 +11,7 @@ from typing import Any
 from symoro_elastic.codegen.backends.numpy_programs import Model, models_of
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.real_numbers import refuse_no_numbers
 from symoro_elastic.foundation.packages import import_optional
 
 casadi = import_optional("casadi", 'backend="casadi"', "casadi")
@@ -31,6 +32,8 @@ class ModelFunction(CasadiFunction):  # type: ignore[misc]
     def __call__(self, *given: Any, **named: Any) -> Any:
         """Return results; raises `TypeError` where another argument than p is left out."""
         arguments = self.__signature__.bind(*given, **named).arguments
+        for value in arguments.values():
+            refuse_no_numbers(value)
         arguments.setdefault("p", self.defaults)
         return super().__call__(*arguments.values()) if given else super().__call__(**arguments)
 

@@ -13,6 +13,7 @@ import sympy
 from symoro_elastic.codegen.backends.numpy_programs import Model, models_of, one_or_all
 from symoro_elastic.codegen.closed_form import Conversion, affordable, written_forms
 from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.real_numbers import refuse_no_numbers
 from symoro_elastic.symbolic.expression import Expression, Operand
 from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Output, Program
@@ -78,6 +79,7 @@ class ExpressionFunction:
 
     def _entries(self, name: str, value: Any) -> list[Any]:
         """Return the entries of an argument, those of a matrix row by row; raises `ValueError` for another size."""
+        refuse_no_numbers(value)
         entries = sympy.flatten(value.tolist() if hasattr(value, "tolist") else value)
         if len(entries) != len(self.symbols[name]):
             raise ValueError(f"{name} has {len(entries)} entries: {len(self.symbols[name])} are expected")

@@ -12,7 +12,6 @@ jumps at rest and is left out. Frames are in axes of frame 0.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -78,6 +77,7 @@ class EquationsOfMotion:
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
         """Wrenches that models take as arguments are zero. Raises `InputError` for parameters without a value."""
         require_fixed_base(machine, "linear models")
+        self.asked = machine
         machine = replace(machine, forces=())
         machine = with_independent_motors(machine)
         self.given, self.points = machine, points
@@ -87,16 +87,21 @@ class EquationsOfMotion:
         self.names = [joint.name for joint in self.joints]
         self.motors = list(self.machine.motor_entries)
         self.bound = Bound(self.machine, points=points)
-        self.parameters = _values(self.machine, values or {})
+        self.given_values, self.parameters = dict(values or {}), _values(self.machine, values or {})
         self.assembled = AssembledLoops(self.bound, self.parameters)
         self.traced: dict[Any, Any] = {}
 
     def at_values(self, values: Mapping[str, float]) -> EquationsOfMotion:
         """Return the equations at other values of parameters; what is traced is shared. Raises `InputError`."""
-        found = copy(self)
-        found.parameters = _values(self.machine, values)
+        found = object.__new__(EquationsOfMotion)
+        found.__dict__.update(self.__dict__)
+        found.given_values, found.parameters = dict(values), _values(self.machine, values)
         found.assembled = self.assembled.at_values(found.parameters)
         return found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return machine, values and points: expressions are traced anew where a pickle is read."""
+        return EquationsOfMotion, (self.asked, self.given_values, self.points)
 
     @property
     def source(self) -> str:

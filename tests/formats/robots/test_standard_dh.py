@@ -255,10 +255,7 @@ HEADER = "name,type,theta,d,a,alpha,mass\n"
         (HEADER + "x,R,0,0,two,0,0\n", "row 1, a: 'two': 'two' is a name"),
         (HEADER + "x,R,0,0,__import__('os'),0,0\n", "row 1, a: \"__import__('os')\": "),
         ("a,d [mm],alpha\n-1e308,100,0\n0.1,0,0\n", "joint 'joint2': placement holds a number that is not finite"),
-        (
-            HEADER + "x,R,0,0,1e60,0,0\n",
-            "joint 'tool joint': placement holds a number that is not finite",
-        ),
+        (HEADER + "x,R,0,0,1e60,0,0\n", "joint 'tool joint': placement holds a number that is not finite"),
         (HEADER + "x,R,0,0,0,0,-1\n", "row 1, mass: it is negative: -1"),
         (HEADER + "x,R,0,0,0,0,1\n" * 1001, "line 1000: more than 1000 rows"),
         (HEADER + "x,R,0,0,0,0,1\n" * 2, "joint 'x': the name is given twice"),
