@@ -14,6 +14,17 @@ class InputError(Exception):
         super().__init__(f"{file}: {place}: {what}")
         self.file, self.place, self.what = file, place, what
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return class, text and attributes, so that the error is whole in another process."""
+        return _again, (type(self), str(self), self.__dict__)
+
+
+def _again(kind: type[InputError], text: str, attributes: Mapping[str, Any]) -> InputError:
+    """Return an error of a pickle."""
+    error = kind.__new__(kind, text)
+    error.__dict__.update(attributes)
+    return error
+
 
 @contextmanager
 def placed(places: Mapping[str, str]) -> Iterator[None]:

@@ -106,6 +106,10 @@ class ByLinearity:
         self._rigid = trace(rigid_machine(machine), "inverse_dynamics").program
         self._bound = Bound(machine)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return machine and values: expressions are traced anew where a pickle is read."""
+        return type(self), (self.machine, dict(self._values))
+
     @cached_property
     def columns(self) -> tuple[RegressorColumn, ...]:
         """Inertial parameters of every body that has any, then IA, friction, springs of every joint."""

@@ -48,7 +48,6 @@ class _Namespace:
 
     def array(self, value: Any) -> Any:
         """Return an array of the library; numbers of Python become double precision, those of numpy keep theirs."""
-        refuse_no_numbers(value)
         if hasattr(value, "shape") and not isinstance(value, np.ndarray):
             return value
         try:
@@ -103,6 +102,7 @@ def _checked(model: Model, namespace: _Namespace, name: str, value: Any) -> Any:
 
     Raises `ValueError` where its last axis has not as many entries as the model needs.
     """
+    refuse_no_numbers(value)
     array = value if name == "p" and _is_known(value) else namespace.array(value)
     rows, size = model.rows.get(name, 0), model.inputs[name]
     if rows and tuple(array.shape[-2:]) == (rows, rows):
