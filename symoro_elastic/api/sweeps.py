@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from symoro_elastic.analysis.sweeps.design import Design, design
 from symoro_elastic.analysis.sweeps.digest import digest
 from symoro_elastic.analysis.sweeps.quantities import Quantity, quantities
-from symoro_elastic.analysis.sweeps.ranges import axis
+from symoro_elastic.analysis.sweeps.ranges import axis, shown
 from symoro_elastic.analysis.sweeps.running import Note, Run, Workplace
 from symoro_elastic.analysis.sweeps.sweep import Sweep, sweep_of
 from symoro_elastic.analysis.sweeps.tasks import Task
@@ -29,7 +29,6 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.version import __version__
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.names import quote
 from symoro_elastic.machine.restrict import restrict
 
 if TYPE_CHECKING:
@@ -78,12 +77,12 @@ def _steps(options: Sweeping) -> Integrating:
 def _refuse_numbers(damping: float, frequencies: Iterable[float]) -> None:
     """Raise `InputError` for a damping ratio or frequency out of range, and for frequencies given twice."""
     if not (isinstance(damping, Real) and 0 <= damping < math.inf):
-        what = f"{quote(damping)} is not a damping ratio: 0.01 is one per cent"
+        what = f"{shown(damping)} is not a damping ratio: 0.01 is one per cent"
         raise InputError("symoro-elastic", "--damping", what)
     written: set[str] = set()
     for x in frequencies:
         if not (isinstance(x, Real) and 0 <= x < math.inf):
-            what = f"{quote(x)} is not a frequency: give numbers of Hz from 0"
+            what = f"{shown(x)} is not a frequency: give numbers of Hz from 0"
             raise InputError("symoro-elastic", "--frequency", what)
         if f"{x:g}" in written:
             raise InputError("symoro-elastic", "--frequency", f"{x:g} Hz is given twice: remove one")
@@ -148,7 +147,7 @@ def plan(machine: DescribedMachine, options: Sweeping) -> Plan:
     _refuse(options)
     over = options.over
     if not isinstance(over, Mapping) or not all(isinstance(name, str) for name in over):
-        what = f'{quote(over)} gives no values by name: write {{"name": "LOW:HIGH:COUNT"}}'
+        what = f'{shown(over)} gives no values by name: write {{"name": "LOW:HIGH:COUNT"}}'
         raise InputError("symoro-elastic", "--over", what)
     axes = {name: axis(name, given) for name, given in over.items()}
     computed = _swept(options, machine)

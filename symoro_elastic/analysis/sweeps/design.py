@@ -8,12 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.analysis.sweeps.ranges import OPTION, Axis, Listed, Normal, Spread, Uniform
+from symoro_elastic.analysis.sweeps.ranges import OPTION, Axis, Listed, Normal, Spread, Uniform, shown
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError, among
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.foundation.sizes import refuse_numbers
-from symoro_elastic.machine.names import quote
 
 SAMPLINGS = ("latin", "random", "sobol")
 """Latin hypercube, Monte Carlo, Sobol's sequence."""
@@ -77,7 +76,7 @@ def _sample(axes: Mapping[str, Axis], samples: int, sampling: str, seed: int) ->
     among((sampling,), SAMPLINGS, "--sampling")
     for option, given, least in (("--samples", samples, 1), ("--seed", seed, 0)):
         if isinstance(given, bool) or not isinstance(given, int) or given < least:
-            raise InputError("symoro-elastic", option, f"{quote(given)}: give a whole number from {least}")
+            raise InputError("symoro-elastic", option, f"{shown(given)}: give a whole number from {least}")
     spreads: list[Spread] = []
     for name, one in axes.items():
         if not isinstance(one, Uniform | Normal):

@@ -100,14 +100,15 @@ def axis(name: str, given: AxisLike) -> Axis:
         found = _of_text(given) if isinstance(given, str) else Values(_numbers(given))
         _refuse(found)
     except (ValueError, OverflowError) as error:
-        shown = f"{name}={given}" if isinstance(given, str) else f"{name}: {one_line(given)}"
-        raise InputError("symoro-elastic", OPTION, f"{quote(shown)}: {error}") from None
+        what = f"{name}={given}" if isinstance(given, str) else f"{name}: {shown(given)}"
+        raise InputError("symoro-elastic", OPTION, f"{quote(what)}: {error}") from None
     return found
 
 
-def one_line(given: object) -> str:
-    """Return how Python writes a value, on one line."""
-    return " ".join(repr(given).split())
+def shown(given: object) -> str:
+    """Return how Python writes a value, on one line of at most 60 characters."""
+    text = " ".join(repr(given).split())
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _numbers(given: float | Sequence[float]) -> tuple[float, ...]:
@@ -118,7 +119,7 @@ def _numbers(given: float | Sequence[float]) -> tuple[float, ...]:
         raise ValueError(f"is not a list of numbers; {FORMS}")
     for x in listed:
         if isinstance(x, bool) or not isinstance(x, Real):
-            raise ValueError(f"{quote(one_line(x))} is not a number")
+            raise ValueError(f"{shown(x)} is not a number")
     return tuple(float(x) for x in listed)
 
 
