@@ -5,8 +5,9 @@ from __future__ import annotations
 import io
 import sys
 from contextlib import redirect_stderr, redirect_stdout
+from inspect import signature
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 from click.testing import CliRunner, Result
@@ -14,12 +15,14 @@ from click.testing import CliRunner, Result
 from symoro_elastic.cli import cli, main
 from symoro_elastic.foundation.errors import InputError
 
+APART: dict[str, Any] = {"mix_stderr": False} if "mix_stderr" in signature(CliRunner).parameters else {}
+"""Before click 8.2 a runner mixes what is printed and what is said, unless told."""
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 def run(*arguments: object) -> Result:
     """`symoro-elastic ARGUMENTS`; errors are raised."""
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
+    return CliRunner(**APART).invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def refused(*arguments: object) -> str:

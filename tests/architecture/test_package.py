@@ -68,7 +68,8 @@ def test_the_wheel_holds_code_templates_examples_and_nothing_else(wheel: Path) -
     assert examples <= names and len(examples) > 20
     others = {name for name in names - code - templates - examples if ".dist-info/" not in name}
     assert others == {"symoro_elastic/py.typed"}
-    assert any(name.endswith("LICENSE") for name in names)
+    licences = {name.partition("/licenses/")[2] for name in names if "/licenses/" in name}
+    assert licences == {"LICENSE", "LICENSES/three.js.txt"}
 
 
 @pytest.mark.thorough
