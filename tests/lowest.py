@@ -37,7 +37,7 @@ CORE = (
     "tests/codegen/backends/test_casadi.py",
     "tests/codegen/backends/test_jax.py",
     "tests/foundation",
-    "tests/machine/robots/test_mjcf.py",
+    "tests/formats/robots/test_mjcf.py",
     "tests/numerics/test_accuracy.py",
 )
 """Tests that call every dependency and every extra."""

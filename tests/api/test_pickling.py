@@ -96,6 +96,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Report": lambda _: se.report(PENDULUM),
     "Response": lambda _: se.response(DRIVE, inputs=["motor.tau"], outputs=["motor.q"]),
     "Simulation": lambda _: se.simulate(DRIVE, SCENE, method="w2", step=1e-3)[0],
+    "Singularities": lambda _: se.singularities(PLANAR, components=["tip.x", "tip.y"]),
     "Sweep": lambda _: se.sweep(DRIVE, over={"arm.stiffness": [900.0, 1000.0]}, hold=["all"]),
     "Tracked": lambda _: modes_along(DRIVE, {"motor": [0.0, 0.1]}, Oscillating(hold=("all",))),
     "Trade": lambda _: se.trade(PENDULUM, effort="quick", states=4),

@@ -29,6 +29,10 @@ def test_the_constraints_are_the_lower_bounds() -> None:
     assert lowest.CONSTRAINTS.read_text(encoding="utf-8") == lowest.text(), "python -m tests.lowest --write"
 
 
+def test_the_core_is_there() -> None:
+    assert all((ROOT / path).exists() for path in lowest.CORE)
+
+
 def test_every_dependency_has_a_lower_bound_and_hardly_any_an_upper_one() -> None:
     for one in [*PROJECT["dependencies"], *(line for lines in EXTRAS.values() for line in lines)]:
         if NAMED.fullmatch(one):
