@@ -35,7 +35,6 @@ CORE = (
     "tests/cli/test_vibration_commands.py",
     "tests/cli/test_formats_commands.py",
     "tests/codegen/backends/test_casadi.py",
-    "tests/codegen/backends/test_jax.py",
     "tests/foundation",
     "tests/formats/robots/test_mjcf.py",
     "tests/numerics/test_accuracy.py",
