@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.formats.files import name_of
+from symoro_elastic.formats.files import load_text, name_of
 from symoro_elastic.formats.robots import urdf
 from symoro_elastic.formats.robots.modified_dh import machine_of
 from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Placement
@@ -50,9 +50,9 @@ def _urdf_of(robot: Any, title: str) -> str:
     if text or path.suffix != ".urdf":
         return str(text)
     try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise InputError(title, "urdf_filepath", f"{quote(path)} cannot be read: {error}") from None
+        return load_text(path)
+    except InputError as error:
+        raise InputError(title, "urdf_filepath", f"{quote(path)} cannot be read: {error.what}") from None
 
 
 def _of_urdf(robot: Any, text: str, title: str) -> Description:
