@@ -20,7 +20,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Kind, Machine
-from tests.machine.robots import samples as xml
+from tests.formats.robots import samples as xml
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
