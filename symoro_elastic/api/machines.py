@@ -12,6 +12,7 @@ from symoro_elastic.api.declaration import argument, operation, outside
 from symoro_elastic.api.options import Reading
 from symoro_elastic.api.rows import READABLE, MachineLike, Values
 from symoro_elastic.formats import write_machine
+from symoro_elastic.formats.files import load_text
 from symoro_elastic.formats.format import Conversion
 from symoro_elastic.formats.toml.reading import machine_of
 from symoro_elastic.formats.toml.starting import STARTS, starting_text
@@ -121,7 +122,7 @@ def new(
     if example:
         machines = examples(scenes=False)
         source = machines[among((example,), machines, "--example")[0]]
-        file, text = file.with_suffix(source.suffix), source.read_text(encoding="utf-8")
+        file, text = file.with_suffix(source.suffix), load_text(source)
     else:
         pipeline.refuse_name(file.stem, "NAME")
         text = starting_text(file.stem, kind, brief)

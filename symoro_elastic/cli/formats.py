@@ -76,13 +76,14 @@ def new(name: str | None, kind: str, brief: bool, example: Path | None) -> None:
 
     It holds all tables and keys, those that are not needed as comments. With --example it is a copy of an example.
     """
+    from symoro_elastic.formats.files import load_text
     from symoro_elastic.formats.toml.starting import STARTS, starting_text
     from symoro_elastic.generation.pipeline import refuse_name
 
     among((kind,), [*STARTS], "--kind")
     if example:
         path = Path(name or example.name)
-        write_text(example.read_text(encoding="utf-8"), str(path))
+        write_text(load_text(example), str(path))
         is_scene = example.parent.name == SCENES_FOLDER
         click.echo(f"wrote {path}: symoro-elastic {f'simulate MACHINE --scene {path}' if is_scene else f'show {path}'}")
         return

@@ -254,7 +254,9 @@ def _paths(kind: type[K]) -> Iterator[tuple[str, str, K]]:
     for parameter in context.command.params:
         given = context.params.get(str(parameter.name))
         if isinstance(parameter.type, kind) and given is not None:
-            place = parameter.opts[0] if isinstance(parameter, click.Option) else parameter.human_readable_name
+            place = (
+                parameter.opts[0] if isinstance(parameter, click.Option) else parameter.human_readable_name.strip("[]")
+            )
             yield from ((place, path, parameter.type) for path in ([given] if isinstance(given, str) else given))
 
 

@@ -157,7 +157,7 @@ def test_names_that_are_not_there(model: str, name: str, reason: str, tmp_path: 
     with pytest.raises(InputError) as refused:
         CliRunner().invoke(cli, words, catch_exceptions=False)
     said = str(refused.value)
-    assert said.startswith(f"symoro-elastic: scene, outputs, {model}: ") and reason in said and "\n" not in said
+    assert f": --only, {model}: " in said and reason in said and "\n" not in said
     assert not list(tmp_path.iterdir())
 
 

@@ -179,7 +179,7 @@ def changed_by(machine: Machine, **changed: Any) -> Machine:
 def test_wrong_models_are_found(changed: dict[str, Any], wrong: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Programs traced from another machine: code and equations agree, the reference does not."""
     monkeypatch.setattr(
-        tracing, "trace_scene", lambda machine, scene: trace_scene(changed_by(machine, **changed), scene)
+        tracing, "trace_scene", lambda machine, *rest: trace_scene(changed_by(machine, **changed), *rest)
     )
     found = verify(chain(3, elastic=(2,)), EVERYTHING, states=(2, 8))
     assert {model.name for model in found.models if not model.ok} == wrong
