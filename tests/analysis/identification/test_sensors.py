@@ -213,25 +213,19 @@ def test_validation_says_what_counts_and_errs_sample_by_sample(arm: Machine) -> 
     assert "sample by sample" in said and f"of averages over {fit.counted[elbow]:.3g} % of the samples" in said
 
 
-CASES = [
-    Sensing(12), Sensing(12, 1000), Sensing(14), Sensing(14, 1000), Sensing(17), Sensing(20, 1000),
-    Sensing(late=1), Sensing(late=3), Sensing(offset=True), Sensing(corner=20.0), Sensing(spikes=0.03),
-    Sensing(12, late=3, offset=True),
-]  # fmt: skip
+CASES = [Sensing(12), Sensing(14, 1000), Sensing(17), Sensing(late=1), Sensing(offset=True), Sensing(corner=20.0)]
 
 
 @pytest.mark.thorough
-def test_truth_lies_within_two_standard_deviations() -> None:
-    """Twelve kinds of sensors, 4 unseen draws each, 22 parameters of an arm of three joints.
+@pytest.mark.parametrize("sensing", CASES, ids=str)
+def test_truth_lies_within_two_standard_deviations(sensing: Sensing) -> None:
+    """3 unseen draws of a kind of sensors, 22 parameters of an arm of three joints.
 
-    Parameters of a run are correlated: 48 runs are taken for 150 draws, whose binomial share inside two standard
-    deviations is 0.954 with a standard deviation of 0.017; three of them are allowed, and five for a case alone.
-    `python -m tests.benchmarks.sensors` is the whole check.
+    Parameters of a run are correlated: 3 runs are taken for 9 draws, whose binomial share inside two standard
+    deviations is 0.954 with a standard deviation of 0.07; three of them are allowed. `python -m
+    tests.benchmarks.sensors` is the whole check.
     """
-    inside = []
-    for sensing in CASES:
-        found = coverage(three_axis(), sensing, 4, first=1000)
-        assert not found.refused
-        inside.append(float(np.mean(np.abs(np.concatenate(found.z)) < 2)))
-        assert bool(sensing.late) == all("compensated" in " ".join(notes) for notes in found.notes)
-    assert abs(np.mean(inside) - 0.954) < 3 * 0.017 and min(inside) > 0.954 - 5 * 0.06
+    found = coverage(three_axis(), sensing, 3, first=1000)
+    assert not found.refused
+    assert float(np.mean(np.abs(np.concatenate(found.z)) < 2)) > 0.954 - 3 * 0.07
+    assert bool(sensing.late) == all("compensated" in " ".join(notes) for notes in found.notes)
