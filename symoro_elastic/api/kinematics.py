@@ -46,11 +46,10 @@ def singularities(machine: MachineLike, options: Locating) -> Singularities:
     whole = the_machine(machine)
     asked = [*options.components] or [whole.joints[-1].name]
     frame = str(replace(RequestedPart.parse(asked[0]), component=""))
-    only = {"jacobian_determinant": asked, "inverse_jacobian": asked, "jacobian": [frame]}
+    symbols, numbers = {"jacobian_determinant": asked}, {"inverse_jacobian": asked, "jacobian": [frame]}
     with placed({"--only, jacobian_determinant": "--component"}):
-        model = load(whole, *only, only=only, scene=options.scene)
-    of_one = {"jacobian_determinant": asked}
-    symbolic = load(whole, *of_one, only=of_one, scene=options.scene, backend="sympy")
+        symbolic = load(whole, *symbols, only=symbols, scene=options.scene, backend="sympy")
+    model = load(whole, *numbers, only=numbers, scene=options.scene)
     (inverse,) = (f.results[0] for f in model.package.functions if f.name == "inverse_jacobian")
     names = [axis.name for axis in model.package.axes]
     rows, columns = map(COMPONENTS.index, inverse.columns), map(names.index, inverse.rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 COMMA, OTHERS = ",", ";\t"
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d*(?:[eE][-+]?\d+)?\s*", re.ASCII)
@@ -29,8 +29,3 @@ class Decimals:
         if self._has_commas and self._has_points:
             raise ValueError("numbers with decimal commas and with decimal points: write all of them alike")
         return [cell.replace(",", ".") if has else cell for cell, has in zip(cells, commas, strict=True)]
-
-
-def first_line(lines: Iterable[str]) -> str:
-    """Return the first line that is not empty."""
-    return next((line for line in lines if line.strip()), "")

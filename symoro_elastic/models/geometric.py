@@ -70,14 +70,14 @@ def _jacobian(bound: Bound, asked: Frames) -> Results:
     entries: list[Scalar] = []
     for frame in asked:
         by_joint = jacobian(bound.mechanism, views[observer_of(bound, frame)], link_of(bound, frame))
-        columns = _by_independent(bound, by_joint)
+        columns = by_independent(bound, by_joint)
         if not frame.seen_from:
             name_jacobian(bound, columns, link_of(bound, frame))
         entries += [columns[j][k] if j in columns else 0 for k in range(6) for j in bound.machine.independent]
     return {"J": _of_frames(asked, entries, (6, len(bound.machine.independent)))}
 
 
-def _by_independent(bound: Bound, columns: Mapping[int, Twist]) -> dict[int, tuple[Scalar, ...]]:
+def by_independent(bound: Bound, columns: Mapping[int, Twist]) -> dict[int, tuple[Scalar, ...]]:
     """Columns of J S: twists of a frame by the rates of the independent variables (L2)."""
     rows = [projection(bound.coordinates.S, {j: x.entries[k] for j, x in columns.items()}) for k in range(6)]
     from_tip = sorted({j for row in rows for j in row}, reverse=True)

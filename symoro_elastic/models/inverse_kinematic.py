@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.scene import COMPONENTS, Parts
-from symoro_elastic.mechanics.coordinates import projection
 from symoro_elastic.mechanics.inverse_kinematics import (
     DependentRows,
     blocks,
@@ -22,9 +21,9 @@ from symoro_elastic.mechanics.inverse_kinematics import (
     solve_square,
 )
 from symoro_elastic.mechanics.kinematics import FrameSet, accelerations, frame_set, jacobian, path
-from symoro_elastic.mechanics.spatial import AT_REST, Axis, Twist, Vector, cross, is_zero
+from symoro_elastic.mechanics.spatial import AT_REST, ZERO, Axis, Twist, Vector, cross, is_zero
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.geometric import link_of, observer_of, twists
+from symoro_elastic.models.geometric import by_independent, link_of, observer_of, twists
 from symoro_elastic.models.model import Frames, Model, Result, Results
 from symoro_elastic.models.modular import SEED
 from symoro_elastic.quantities import Quantity, quantity
@@ -56,8 +55,7 @@ def task_of(bound: Bound, asked: Frames, model: str) -> Task:
     """The task that a scene asks of a model; raises `InputError` where its components cannot be given."""
     frames = _frames(bound, asked, model)
     views = frame_set(bound.mechanism, observer_of(bound, frames[0]))
-    by_joint = jacobian(bound.mechanism, views, link_of(bound, frames[0]))
-    columns = _independent(bound, {j: column.entries for j, column in by_joint.items()})
+    columns = _columns(bound, jacobian(bound.mechanism, views, link_of(bound, frames[0])))
     changed = [k for k in range(6) if not all(_vanishes(column[k]) for column in columns.values())]
     named = {frame.component for frame in frames}
     components = tuple(changed) if "" in named else tuple(k for k, name in enumerate(COMPONENTS) if name in named)
@@ -79,10 +77,10 @@ def _frames(bound: Bound, asked: Frames, model: str) -> Frames:
     return asked
 
 
-def _independent(bound: Bound, by_joint: dict[int, Row]) -> dict[int, Row]:
-    """Twists by the rates of the independent variables, from those by the rates of the joints [3], (L2)."""
-    rows = [projection(bound.coordinates.S, {j: column[k] for j, column in by_joint.items()}) for k in range(6)]
-    return {j: tuple(row.get(j, 0) for row in rows) for j in bound.machine.independent}
+def _columns(bound: Bound, by_joint: dict[int, Twist]) -> dict[int, Row]:
+    """Twists by the rates of all independent variables, from those by the rates of the joints."""
+    found = by_independent(bound, by_joint)
+    return {j: found.get(j, AT_REST.entries) for j in bound.machine.independent}
 
 
 def _vanishes(x: Scalar) -> bool:
@@ -103,8 +101,11 @@ def _simplest(bound: Bound, task: Task, views: FrameSet) -> Task:
     """
     frame = link_of(bound, task.frames[0])
     on_way = [j for j in path(bound.mechanism, frame) if bound.mechanism.link(j).axis is not None] or [frame]
-    candidates = [_restated(bound, task, views, axes, point) for axes in on_way for point in on_way]
-    return min((task, *candidates), key=_size)
+    candidates = [task]
+    for axes in on_way:
+        seen = frame_set(bound.mechanism, axes)
+        candidates += [_restated(bound, task, views, seen, axes, point) for point in on_way]
+    return min(candidates, key=_size)
 
 
 def _size(task: Task) -> tuple[int, int]:
@@ -118,19 +119,21 @@ def _size(task: Task) -> tuple[int, int]:
         return len(task.rows), entries
 
 
-def _restated(bound: Bound, task: Task, views: FrameSet, axes: int, point: int) -> Task:
-    """The task in the axes of one frame and about the origin of another, which the frame of the task carries along."""
+def _restated(bound: Bound, task: Task, views: FrameSet, seen: FrameSet, axes: int, point: int) -> Task:
+    """The task in the axes of one frame and about the origin of another, which the frame of the task carries along.
+
+    `views` are all frames as the task sees them, `seen` as the frame of these axes does.
+    """
     mechanism, frame = bound.mechanism, link_of(bound, task.frames[0])
-    seen = frame_set(mechanism, axes)
     origin = seen.frames[point].origin
-    by_joint: dict[int, Row] = {}
+    by_joint: dict[int, Twist] = {}
     for j in path(mechanism, frame):
         link, z = mechanism.link(j), seen.frames[j].z
         if link.axis is Axis.PRISMATIC:
-            by_joint[j] = Twist(z, Vector(0, 0, 0)).entries
+            by_joint[j] = Twist(z, ZERO)  # (3)
         elif link.axis is Axis.REVOLUTE:
-            by_joint[j] = Twist(cross(z, origin - seen.frames[j].origin), z).entries  # (3)
-    columns = _independent(bound, by_joint)
+            by_joint[j] = Twist(cross(z, origin - seen.frames[j].origin), z)  # (3)
+    columns = _columns(bound, by_joint)
     rows = tuple(tuple(columns[j][k] for j in task.columns) for k in range(6))
     given, lever = views.frames[axes], views.frames[point].origin - views.frames[frame].origin
 
