@@ -30,9 +30,8 @@ from symoro_elastic.mechanics.spatial import AxialTransform, Axis, Matrix, Vecto
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.chain_joints import InverseRefused, at_zero, rows_of_chain, variables_followed
 from symoro_elastic.models.model import Frame, Frames, Model, Result, Results
-from symoro_elastic.models.modular import SEED
+from symoro_elastic.models.modular import zero_test
 from symoro_elastic.quantities import Quantity, quantity
-from symoro_elastic.symbolic.arithmetic import ModularAngles
 from symoro_elastic.symbolic.expression import Expression, is_constant, operand
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.operations import COS
@@ -196,16 +195,13 @@ def _exact(f: Functions, pose: Pose) -> Pose:
 
 
 def _functions(bound: Bound) -> Functions:
-    residues = ModularAngles(SEED)
-
-    def is_zero(x: Scalar) -> bool:
-        return not residues.values([x])(x) if isinstance(x, Expression) else x == 0
-
     def turn(x: Scalar, y: Scalar, _: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         angle = arc_tangent(bound.graph, y, x)
         return angle, *cosine_sine(bound.graph, angle)
 
-    return Functions(lambda x: square_root(bound.graph, x), turn, lambda x: sign(bound.graph, x), is_zero, is_constant)
+    return Functions(
+        lambda x: square_root(bound.graph, x), turn, lambda x: sign(bound.graph, x), zero_test(), is_constant
+    )
 
 
 # Refusals

@@ -25,11 +25,10 @@ from symoro_elastic.mechanics.spatial import AT_REST, ZERO, Axis, Twist, Vector,
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.geometric import by_independent, link_of, observer_of, twists
 from symoro_elastic.models.model import Frames, Model, Result, Results
-from symoro_elastic.models.modular import SEED
+from symoro_elastic.models.modular import zero_test
 from symoro_elastic.quantities import Quantity, quantity
 from symoro_elastic.quantities.signatures import ARGUMENT, RESULT
-from symoro_elastic.symbolic.arithmetic import ModularAngles
-from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.operations import SYMBOL
 
 Row = tuple[Scalar, ...]
@@ -56,11 +55,12 @@ def task_of(bound: Bound, asked: Frames, model: str) -> Task:
     frames = _frames(bound, asked, model)
     views = frame_set(bound.mechanism, observer_of(bound, frames[0]))
     columns = _columns(bound, jacobian(bound.mechanism, views, link_of(bound, frames[0])))
-    changed = [k for k in range(6) if not all(_vanishes(column[k]) for column in columns.values())]
+    vanishes = zero_test()
+    changed = [k for k in range(6) if not all(vanishes(column[k]) for column in columns.values())]
     named = {frame.component for frame in frames}
     components = tuple(changed) if "" in named else tuple(k for k, name in enumerate(COMPONENTS) if name in named)
     _refuse_unchanged(bound, components, changed, model)
-    joints = tuple(j for j, column in columns.items() if not all(_vanishes(column[k]) for k in components))
+    joints = tuple(j for j, column in columns.items() if not all(vanishes(column[k]) for k in components))
     task = Task(frames, components, joints, tuple(tuple(columns[j][k] for j in joints) for k in components), tuple)
     _refuse_too_few_joints(bound, task, model)
     return _simplest(bound, task, views) if components == tuple(range(6)) else task
@@ -81,13 +81,6 @@ def _columns(bound: Bound, by_joint: dict[int, Twist]) -> dict[int, Row]:
     """Twists by the rates of all independent variables, from those by the rates of the joints."""
     found = by_independent(bound, by_joint)
     return {j: found.get(j, AT_REST.entries) for j in bound.machine.independent}
-
-
-def _vanishes(x: Scalar) -> bool:
-    """Whether an expression is zero at all values."""
-    if not isinstance(x, Expression):
-        return is_zero(x)
-    return not ModularAngles(SEED).values([x])(x)
 
 
 # The simplest Jacobian of all six components
@@ -260,7 +253,7 @@ def _factors(bound: Bound, task: Task, model: str) -> list[Scalar]:
         factors = determinant_factors(task.rows)
     except DependentRows:
         factors = [0]
-    if any(_vanishes(factor) for factor in factors):
+    if any(map(zero_test(), factors)):
         what = f"{_shown(bound, task)} depend on each other at every position: choose others, or fewer of them"
         raise bound.machine.error(model, what)
     return factors

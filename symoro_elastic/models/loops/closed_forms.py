@@ -17,9 +17,10 @@ from symoro_elastic.mechanics.loops.in_space import closed_in_space
 from symoro_elastic.mechanics.loops.planar import Closed, Complex, close_circuit
 from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.loops.assembly import SEED, Assembly, Position, cut_joint, loop_branches
+from symoro_elastic.models.modular import zero_test
 from symoro_elastic.models.tree import Tree
-from symoro_elastic.symbolic.arithmetic import FLOATS, ModularAngles, evaluate
-from symoro_elastic.symbolic.expression import Expression, is_constant
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.expression import is_constant
 from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
 
 Angles = dict[int, Scalar]
@@ -106,16 +107,12 @@ def agreeing_joints(
 
 def _functions(tree: Tree) -> Functions:
     """What inverse geometry needs; what cannot be reached has no value, as no square root is taken of rounding."""
-    residues = ModularAngles(SEED)
 
     def turn(x: Scalar, y: Scalar, distance: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         inverse = quotient(1, distance)
         return arc_tangent(tree.graph, y, x), x * inverse, y * inverse
 
-    def is_zero(x: Scalar) -> bool:
-        return not residues.values([x])(x) if isinstance(x, Expression) else x == 0
-
-    return Functions(lambda x: square_root(tree.graph, x), turn, lambda _: 1, is_zero, is_constant)
+    return Functions(lambda x: square_root(tree.graph, x), turn, lambda _: 1, zero_test(SEED), is_constant)
 
 
 def own_variable(tree: Tree, joint: int, turn: Complex, half_turns: int) -> Scalar:
