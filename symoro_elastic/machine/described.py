@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self, TypeVar
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.scene import Scene
@@ -60,13 +61,14 @@ class Origin:
 
 @dataclass(frozen=True, repr=False)
 class DescribedMachine(Machine):
-    """A machine with what is `asked` of it, and the rest of its file (`origin`).
+    """A machine with what is `asked` of it, its `limits`, and the rest of its file (`origin`).
 
     Functions that need mechanics only take a `Machine`.
     """
 
     asked: Request = Request()
     origin: Origin = Origin()
+    limits: Limits = Limits()
 
     @classmethod
     def of(cls, machine: Machine) -> DescribedMachine:
