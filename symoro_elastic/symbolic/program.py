@@ -90,7 +90,8 @@ class NamedConstant:
 class Program:
     """Statements to be carried out in order; `once` depend on parameters only, `constants` on nothing.
 
-    `named_constants` are the named quantities that turned out constant.
+    `named_constants` are the named quantities that turned out constant, `quantities` all others by each of their names:
+    a node has one variable, but may be several quantities.
     """
 
     inputs: tuple[Input, ...]
@@ -102,6 +103,7 @@ class Program:
     count_once: OperationCount
     constants: tuple[Expression, ...] = ()
     named_constants: tuple[NamedConstant, ...] = ()
+    quantities: Mapping[str, Operand] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         """Return one line that tells its size: messages of failed tests print it."""
@@ -121,6 +123,7 @@ class Names:
         self.labels: dict[int, tuple[Label, bool]] = {}
         self.order: dict[Section, int] = {}
         self.constants: dict[str, NamedConstant] = {}
+        self.quantities: dict[str, Operand] = {}
 
     def reserve(self, section: Section) -> None:
         """Give a section its place in the order of the program."""
@@ -135,6 +138,7 @@ class Names:
             return
         if x.level == Level.CONSTANT:
             self.constants.setdefault(name, NamedConstant(Label(name, section), x))
+        self.quantities.setdefault(name, x)
         negative = x.operation == NEGATE
         node = x.operands[0] if negative else x
         if node.operation != SYMBOL:
@@ -151,7 +155,15 @@ class Names:
             if number not in values:
                 moved.labels.setdefault(number, label_and_sign)
         moved.constants = self.constants | moved.constants
+        moved.quantities = {name: _moved(x, values) for name, x in self.quantities.items()}
         return moved
+
+
+def _moved(x: Operand, values: Mapping[int, Operand]) -> Operand:
+    """The new value of a quantity, whose sign may stand outside."""
+    if not isinstance(x, Expression):
+        return x
+    return -values[x.positive.id] if x.operation == NEGATE and x.positive.id in values else values.get(x.id, x)
 
 
 def build(inputs: Iterable[Input], outputs: Iterable[Output], names: Names) -> Program:
@@ -193,6 +205,7 @@ def schedule(inputs: Iterable[Input], pruned: Pruned) -> Program:
         count(pruned.nodes, Level.PARAMETER),
         tuple(node for node in pruned.nodes if node.level == Level.CONSTANT),
         tuple(pruned.names.constants.values()),
+        pruned.names.quantities,
     )
 
 

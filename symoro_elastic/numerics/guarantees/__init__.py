@@ -1,0 +1,1 @@
+"""What generated functions guarantee on a box of their arguments: ranges, rounding errors, pivots."""

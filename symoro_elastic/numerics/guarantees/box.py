@@ -1,0 +1,149 @@
+"""The box of a machine: a range for every variable of its models, from the limits that its file gives."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.limits import Limits, Range
+from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.numerics.guarantees.intervals import Interval
+from symoro_elastic.quantities import QUANTITIES
+from symoro_elastic.symbolic.program import Input
+
+POSITION = "position"
+LIMITED = {
+    "q": POSITION,
+    "q_dep": POSITION,
+    "qd": "velocity",
+    "qdd": "acceleration",
+    "qdd_motor": "acceleration",
+    "tau": "torque",
+}
+"""Which limit of a joint is the range of an entry of each argument."""
+FULL_TURN = Range(-np.pi, np.pi)
+AT_CORNERS = 0.5
+"""Share of drawn states whose velocities, accelerations and torques are ends of their ranges."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """The range of each variable of some programs, by name, in SI units; parameters with one value are points."""
+
+    ranges: Mapping[str, Range]
+    positions: frozenset[str] = frozenset()
+    """Names of the variables that are positions."""
+
+    def of(self, names: Iterable[str]) -> Box:
+        """The box of some of its variables."""
+        return Box({name: self.ranges[name] for name in names}, self.positions & {*names})
+
+    def interval(self, name: str) -> Interval:
+        """The range of one variable as an interval."""
+        found = self.ranges[name]
+        return Interval(np.array([found.low]), np.array([found.high]))
+
+    @property
+    def whole(self) -> dict[str, Interval]:
+        """The box as one sub-box."""
+        return {name: self.interval(name) for name in self.ranges}
+
+    @cached_property
+    def open(self) -> tuple[str, ...]:
+        """Names of the variables that are not points."""
+        return tuple(name for name, found in self.ranges.items() if found.low < found.high)
+
+    @property
+    def digest(self) -> str:
+        """Twelve characters that tell boxes apart."""
+        text = ";".join(f"{name}={found.low!r},{found.high!r}" for name, found in sorted(self.ranges.items()))
+        return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+    def states(self, count: int, rng: np.random.Generator) -> dict[str, Array]:
+        """Values of all variables at random states: even ones in the middle, half of the others at corners.
+
+        Positions are drawn evenly. In every other state all other variables are at ends of their ranges, where errors
+        that are linear in them are largest.
+        """
+        corner = rng.random(count) < AT_CORNERS
+        return {name: self._drawn(name, count, corner, rng) for name in self.ranges}
+
+    def _drawn(self, name: str, count: int, corner: Array, rng: np.random.Generator) -> Array:
+        found = self.ranges[name]
+        inside = rng.uniform(found.low, found.high, count)
+        if name in self.positions:
+            return inside
+        return np.where(corner, rng.choice([found.low, found.high], count), inside)
+
+
+def halved(parts: Mapping[str, Interval], name: str) -> dict[str, Interval]:
+    """Twice as many sub-boxes: each cut in the middle of one variable."""
+    cut = parts[name]
+    middle = cut.low / 2 + cut.high / 2
+    halves = {each: Interval(np.tile(x.low, 2), np.tile(x.high, 2)) for each, x in parts.items()}
+    halves[name] = Interval(np.concatenate([cut.low, middle]), np.concatenate([middle, cut.high]))
+    return halves
+
+
+def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iterable[str] = ()) -> Box:
+    """The box of the variables in some arguments, and of the parameters; raises `InputError` for what has no limit.
+
+    Variables that turn, and have no limits, take whole turns. Of `inputs` only the variables in `used` count, if given.
+    """
+    needed = {*used}
+    ranges: dict[str, Range] = {}
+    positions = set()
+    for argument in inputs:
+        if argument.name not in LIMITED:
+            what = f"{argument.name} has no limits: models that take it have no box"
+            raise machine.error("limits", what)
+        for name, joint in zip(argument.symbols, _joints(machine, argument.name), strict=True):
+            if not needed or name in needed:
+                ranges[name] = _range(machine, limits, joint, LIMITED[argument.name])
+                positions |= {name} if LIMITED[argument.name] == POSITION else set()
+    for parameter in machine.parameters:
+        if not needed or parameter.name in needed:
+            ranges[parameter.name] = _of_parameter(machine, limits, parameter.name)
+    return Box(ranges, frozenset(positions))
+
+
+def _joints(machine: Machine, argument: str) -> Sequence[Joint]:
+    numbers = {"n": machine.independent, "m": machine.motors, "d": machine.dependent}
+    return [machine.joint(j) for j in numbers[QUANTITIES[argument].follows]]
+
+
+def _range(machine: Machine, limits: Limits, joint: Joint, quantity: str) -> Range:
+    found: Range | None = getattr(limits.of(joint.name), quantity)
+    if found is not None:
+        return found
+    if quantity == POSITION and joint.sigma == 0:
+        return FULL_TURN
+    example = {POSITION: "[-0.4, 0.4]", "velocity": "2", "acceleration": "20", "torque": "300"}[quantity]
+    what = f"has no {quantity}: give it, as in [limits] {joint.name} = {{ {quantity} = {example} }}"
+    raise machine.error(f"limits, {joint.name}", what)
+
+
+def _of_parameter(machine: Machine, limits: Limits, name: str) -> Range:
+    if name in limits.parameters:
+        return limits.parameters[name]
+    value = next(each.value for each in machine.parameters if each.name == name)
+    if value is None:
+        raise machine.error(f"parameters, {name}", "has no value: a box needs the values of all parameters")
+    number = value.value()
+    return Range(number, number)
+
+
+def points(values: Mapping[str, Array]) -> dict[str, Interval]:
+    """States as sub-boxes of one point each."""
+    return {name: Interval(x, x) for name, x in values.items()}
+
+
+def joined(parts: Iterable[Iterable[str]]) -> tuple[str, ...]:
+    """Names of several groups, each once."""
+    return tuple(dict.fromkeys(chain.from_iterable(parts)))

@@ -1,0 +1,235 @@
+"""Certificates: what a generated function guarantees where its arguments are in a box."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from itertools import zip_longest
+from typing import TypeAlias
+
+import numpy as np
+
+from symoro_elastic.codegen.c_printers import angles_of
+from symoro_elastic.codegen.package import Function
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.numerics.guarantees.box import Box, halved, points
+from symoro_elastic.numerics.guarantees.intervals import Interval
+from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
+from symoro_elastic.numerics.guarantees.running_error import Bounds, Known, Rounding, running_errors
+from symoro_elastic.numerics.quantile_bound import CONFIDENCE, bound_of_more
+from symoro_elastic.symbolic.expression import Expression, Operand, reachable
+from symoro_elastic.symbolic.operations import DIVIDE
+
+MOST_SUB_BOXES = 64
+DRAWN, UNSEEN = 1000, 1_000_000
+"""States at which errors are proven, and unseen ones that a bound is estimated for."""
+PIVOT = re.compile(r"H\d+")
+"""What the inertia that a joint moves is called, where a divisor has several names."""
+LEAST_GAIN = 0.02
+"""Of the mean logarithm of errors: cutting a box is worth as much."""
+UNBOUNDED = 1e30
+"""An error without bound, where sub-boxes are compared."""
+
+
+class Guarantee(StrEnum):
+    """What stands behind a bound; never one for another."""
+
+    PROVEN = "proven"
+    CONFIDENT = f"with {CONFIDENCE:.0%} confidence at {UNSEEN} states drawn at random in the box"
+    NONE = "not bounded"
+
+
+@dataclass(frozen=True)
+class EntryBound:
+    """Of one entry of a result: its range in exact arithmetic, and the error of its computed value.
+
+    `name` is that of the result, `entry` what the entry belongs to. `low`, `high` and `error` are proven; infinite where
+    nothing is. `likely` bounds the error at `UNSEEN` states drawn as `Box.states` draws them, with a probability of
+    `CONFIDENCE`: at each of the drawn states the error is proven, and the tail beyond them is estimated.
+    """
+
+    name: str
+    entry: str
+    low: float
+    high: float
+    error: float
+    likely: float
+
+    @property
+    def guarantee(self) -> Guarantee:
+        """What stands behind the error that is the best to tell."""
+        if math.isfinite(self.error):
+            return Guarantee.PROVEN
+        return Guarantee.CONFIDENT if math.isfinite(self.likely) else Guarantee.NONE
+
+    @property
+    def magnitude(self) -> float:
+        """The largest absolute value in the range."""
+        return max(abs(self.low), abs(self.high))
+
+
+@dataclass(frozen=True)
+class PivotBound:
+    """A divisor, and its least magnitude over the box: 0 where it may be zero."""
+
+    name: str
+    least: float
+
+
+@dataclass(frozen=True, repr=False)
+class Certificate(Result):
+    """What one model guarantees in one precision where its arguments are in a `box`.
+
+    `overflows` tells that an intermediate value may be out of the range of the precision; `sub_boxes` is how many the
+    box was cut into.
+    """
+
+    machine: str
+    model: str
+    precision: str
+    box: Box = field(repr=False)
+    entries: tuple[EntryBound, ...]
+    pivots: tuple[PivotBound, ...]
+    overflows: bool
+    sub_boxes: int
+
+    @property
+    def headline(self) -> str:
+        """Model, and what is guaranteed of it."""
+        return f"Certificate of {self.machine}, {self.model}, {self.precision}: {self.guarantee}"
+
+    @property
+    def guarantee(self) -> Guarantee:
+        """The weakest guarantee of all entries; none where a value may be out of range."""
+        order = list(Guarantee)
+        return max((entry.guarantee for entry in self.entries), key=order.index, default=Guarantee.PROVEN)
+
+
+Knowledge: TypeAlias = Callable[[Mapping[str, Interval]], Known]
+"""From sub-boxes to what is known of nodes there."""
+
+
+def nothing_known(parts: Mapping[str, Interval]) -> Known:
+    """Nothing but what intervals say."""
+    return {}
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A function, its rounding, and what is known of its nodes: what a certificate is made of."""
+
+    function: Function
+    box: Box
+    rounding: Rounding
+    knowledge: Knowledge = nothing_known
+
+    @cached_property
+    def nodes(self) -> list[Expression]:
+        """The operations of the function, in order."""
+        return self.function.program.nodes
+
+    @cached_property
+    def results(self) -> list[Operand]:
+        """All entries of its results."""
+        return [x for output in self.function.program.outputs for x in output.entries]
+
+    @cached_property
+    def _angles(self) -> frozenset[int]:
+        return frozenset(node.id for node in reachable(angles_of(self.function.program)))
+
+    def bounds(self, parts: Mapping[str, Interval]) -> Bounds:
+        """Ranges and errors of all nodes over sub-boxes (lemma 1)."""
+        return running_errors(self.nodes, parts, self.rounding, self._angles, self.knowledge(parts))
+
+    def errors(self, bounds: Bounds, adjoints: bool = True) -> Array:
+        """The error of each result by sub-box: the smaller one of lemmas 1 and 2."""
+        running = np.array([np.broadcast_to(bounds.error_of(x), bounds.shape) for x in self.results])
+        if not adjoints or not len(running):
+            return running
+        return np.minimum(running, errors_by_adjoints(self.nodes, self.results, bounds))
+
+
+def certify(
+    subject: Subject, machine: str, most_sub_boxes: int = MOST_SUB_BOXES, seed: int = 0, progress: Progress = no_progress
+) -> Certificate:
+    """What a function guarantees over its box, which is cut into at most so many sub-boxes."""
+    parts = _cut(subject, most_sub_boxes, progress)
+    bounds = subject.bounds(parts)
+    errors = np.max(subject.errors(bounds), axis=1) if subject.results else np.empty(0)
+    likely = _likely(subject, np.random.default_rng(seed))
+    ranges = [bounds.range_of(x) for x in subject.results]
+    entries = [
+        EntryBound(name, entry, float(np.min(x.low)), float(np.max(x.high)), float(error), float(min(often, error)))
+        for (name, entry), x, error, often in zip(_labels(subject.function), ranges, errors, likely, strict=True)
+    ]
+    largest = max((float(np.max(bounds.computed(node).magnitude)) for node in subject.nodes), default=0.0)
+    return Certificate(
+        machine,
+        subject.function.name,
+        subject.rounding.name,
+        subject.box,
+        tuple(entries),
+        tuple(_pivots(subject, bounds)),
+        not largest <= subject.rounding.largest,
+        len(next(iter(parts.values())).low) if parts else 1,
+    )
+
+
+def _cut(subject: Subject, most: int, progress: Progress) -> Mapping[str, Interval]:
+    """Sub-boxes, each time cut in the middle of the position that makes errors smallest, while they become smaller."""
+    parts = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used).whole
+    names = [name for name in parts if name in subject.box.positions and name in subject.box.open]
+    steps = int(math.log2(most)) if names else 0
+    before = _size(subject, parts)
+    for step in range(steps):
+        tried = {name: _size(subject, halved(parts, name)) for name in names}
+        progress(step + 1, steps)
+        best = min(tried, key=tried.__getitem__)
+        if not tried[best] < before - LEAST_GAIN:
+            break
+        parts, before = halved(parts, best), tried[best]
+    return parts
+
+
+def _size(subject: Subject, parts: Mapping[str, Interval]) -> float:
+    """The mean logarithm of errors, those without bound being `UNBOUNDED`; of divisors that may be zero, how many."""
+    errors = np.max(subject.errors(subject.bounds(parts), adjoints=False), axis=1)
+    positive = errors[errors > 0]
+    return float(np.log(np.where(np.isfinite(positive), positive, UNBOUNDED)).mean()) if len(positive) else 0.0
+
+
+def _likely(subject: Subject, rng: np.random.Generator) -> list[float]:
+    """Bounds on errors at states that are not drawn, from proven ones at drawn states."""
+    used = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used)
+    if not used.ranges:
+        return [0.0] * len(subject.results)
+    errors = subject.errors(subject.bounds(points(used.states(DRAWN, rng))))
+    return [bound_of_more(row, UNSEEN) if np.any(row) else 0.0 for row in errors]
+
+
+def _labels(function: Function) -> Iterator[tuple[str, str]]:
+    """Name of the result, and what the entry belongs to, of all entries."""
+    for result in function.results:
+        for index in np.ndindex(*result.shape):
+            axes = (result.rows, result.columns or result.rows) if len(index) > 1 else (result.rows or result.columns,)
+            words = [axis[k] if k < len(axis) else str(k + 1) for axis, k in zip_longest(axes, index, fillvalue=())]
+            yield result.name, ", ".join(words)
+
+
+def _pivots(subject: Subject, bounds: Bounds) -> Iterator[PivotBound]:
+    """The divisors that depend on the state, by their names."""
+    program = subject.function.program
+    named = [(name, x.positive.id) for name, x in program.quantities.items() if isinstance(x, Expression)]
+    named = [(s.name, s.node.id) for s in (*program.once, *program.statements)] + named
+    named += [(name, number) for name, number in named if PIVOT.fullmatch(name)]
+    names = {number: name for name, number in named}
+    divisors = (node.operands[1] for node in subject.nodes if node.operation == DIVIDE)
+    for k, x in enumerate(dict.fromkeys(x for x in divisors if isinstance(x, Expression))):
+        least = np.min(bounds.computed(x).least_magnitude)
+        yield PivotBound(names.get(x.id, f"divisor {k + 1}"), float(least))

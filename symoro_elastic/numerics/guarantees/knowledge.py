@@ -1,0 +1,90 @@
+"""What is known of the pivots of a model beside its intervals: lemmas 5 and 6, by node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import restrict
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.catalogue import MODELS, trace_scene
+from symoro_elastic.models.model import Pivots
+from symoro_elastic.numerics.guarantees.box import Box
+from symoro_elastic.numerics.guarantees.intervals import Interval
+from symoro_elastic.numerics.guarantees.loewner import schur_complements
+from symoro_elastic.numerics.guarantees.own_inertia import own_inertias
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Known, running_errors
+from symoro_elastic.symbolic.expression import Expression
+from symoro_elastic.symbolic.operations import NEGATE
+from symoro_elastic.symbolic.program import Program
+
+
+class PivotKnowledge:
+    """Bounds of the pivots H_j in the program of a model, over any sub-boxes.
+
+    `machine` is restricted to the scene, with inertial parameters of bodies. Lemma 5 costs nothing; lemma 6, which asks
+    for the inertia matrix, is used for trees.
+    """
+
+    def __init__(self, machine: Machine, scene: Scene, model: str, quantities: Mapping[str, object], box: Box) -> None:
+        kept = restrict(machine, scene)
+        pivots = MODELS[model].pivots if model in MODELS else None
+        solved = [j for j in kept.independent if pivots is Pivots.ALL or j not in kept.motors]
+        nodes = {j: quantities.get(f"H{j}") for j in (solved if pivots else ())}
+        self._nodes = {j: x for j, x in nodes.items() if isinstance(x, Expression)}
+        self._own = own_inertias(kept, box.whole) if self._nodes else {}
+        self._beyond = {j: _indices(kept, [k for k in solved if _carries(kept, j, k)]) for j in self._nodes}
+        self._entry = {j: kept.independent.index(j) for j in self._nodes}
+        self._size = len(kept.independent)
+        inertia = () if kept.is_coupled or not self._nodes else (_inertia_matrix(machine, scene),)
+        self._inertia = inertia[0] if inertia else None
+
+    def __call__(self, parts: Mapping[str, Interval]) -> Known:
+        """What is known of pivots in sub-boxes: a function from the interval of a node to a smaller one."""
+        matrix = self._matrix(parts)
+        known = {}
+        for j, x in self._nodes.items():
+            found = Interval(self._own.get(j, np.array(0.0)), np.array(np.inf))
+            if matrix is not None:
+                found = found.meeting(schur_complements(matrix, self._beyond[j], self._entry[j]))
+            known[x.positive.id] = _meeting(-found if x.operation == NEGATE else found)
+        return known
+
+    def _matrix(self, parts: Mapping[str, Interval]) -> Interval | None:
+        """The intervals of the inertia matrix, (n, n, sub-boxes)."""
+        if self._inertia is None:
+            return None
+        program = self._inertia
+        count = max((len(np.atleast_1d(x.low)) for x in parts.values()), default=1)
+        bounds = running_errors(program.nodes, parts, ROUNDINGS["double"])
+        entries = [bounds.range_of(x) for x in program.outputs[0].entries]
+        ends = ([np.broadcast_to(each, count) for each in end] for end in zip(*((x.low, x.high) for x in entries), strict=True))
+        return Interval(*(np.array(end).reshape(self._size, self._size, count) for end in ends))
+
+
+def _inertia_matrix(machine: Machine, scene: Scene) -> Program:
+    """The program of the inertia matrix, parameters being symbols or numbers as in the models of the scene."""
+    return trace_scene(machine, replace(scene, models=("inertia_matrix",), outputs={}, steps=()))[0].program
+
+
+def _carries(machine: Machine, j: int, k: int) -> bool:
+    """Whether joint k is joint j, or stands on it."""
+    while k and k != j:
+        k = machine.joint(k).antecedent
+    return k == j
+
+
+def _indices(machine: Machine, joints: list[int]) -> list[int]:
+    return [machine.independent.index(j) for j in joints]
+
+
+def _meeting(known: Interval) -> Callable[[Interval], Interval]:
+    """A function that leaves of an interval what is known to hold, too."""
+
+    def smaller(found: Interval) -> Interval:
+        return found.meeting(known)
+
+    return smaller
