@@ -7,7 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
+
+from symoro_elastic.machine.machine import Kind, Machine
+
+TORQUE = "torque"
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,11 @@ def why_no_range(low: float, high: float) -> str:
     return f"the low end, {low:g}, is above the high one, {high:g}" if low > high else ""
 
 
+def range_of(low: float, high: float, far: float = math.inf) -> Range | None:
+    """Return the range between two numbers; None where it has no room, or an end is not within `far`."""
+    return Range(low, high) if low < high and max(-low, high) < far else None
+
+
 @dataclass(frozen=True)
 class JointLimits:
     """Ranges of a joint's position, velocity, acceleration and torque (force where it slides); None: not limited."""
@@ -56,6 +65,13 @@ class JointLimits:
 
 LIMITED = tuple(each.name for each in fields(JointLimits))
 """The limited quantities of a joint: position, velocity, acceleration, torque."""
+UNITS = {
+    "position": ("rad", "m"),
+    "velocity": ("rad/s", "m/s"),
+    "acceleration": ("rad/s2", "m/s2"),
+    TORQUE: ("N m", "N"),
+}
+"""Units of the limited quantities, of a joint that turns and of one that slides."""
 
 
 @dataclass(frozen=True)
@@ -72,3 +88,32 @@ class Limits:
     def of(self, joint: str) -> JointLimits:
         """Return the limits of a joint, which has none where it is not named."""
         return self.joints.get(joint, JointLimits())
+
+
+def why_unlimited(machine: Machine, j: int, quantity: str = "position") -> str:
+    """Return why a quantity of joint j of a machine has no limits of its own; empty where it may have them."""
+    joint = machine.joint(j)
+    if joint.kind is Kind.CUT:
+        return "it closes a loop: limit the joints of the loop"
+    if joint.sigma == 2:
+        return "a fixed frame does not move: leave it out"
+    if joint.kind is Kind.COUPLED:
+        followed = [machine.joint(k).name for name, k in machine.variables.items() if name in joint.selected.names]
+        return f"a coupled joint has no variable of its own: limit {' and '.join(followed) or 'what it follows'}"
+    if quantity == TORQUE and joint.kind is Kind.PASSIVE:
+        return "a passive joint has neither a motor nor a spring, so no torque: leave it out"
+    return ""
+
+
+def within_machine(limits: Limits, machine: Machine) -> Limits:
+    """Return the limits of what a machine still has: joints that move by themselves, and parameters with a value."""
+    found = {joint.name: _allowed(limits.of(joint.name), machine, j) for j, joint in enumerate(machine.joints, start=1)}
+    valued = {parameter.name for parameter in machine.parameters if parameter.value is not None}
+    return Limits(
+        {name: one for name, one in found.items() if one},
+        {name: one for name, one in limits.parameters.items() if name in valued},
+    )
+
+
+def _allowed(limits: JointLimits, machine: Machine, j: int) -> JointLimits:
+    return replace(limits, **{name: None for name in LIMITED if why_unlimited(machine, j, name)})

@@ -43,7 +43,9 @@ def with_valid_names(machine: DescribedMachine, taken: Reasons = NONE) -> Descri
     joints = tuple(replace(joint, name=new[j]) for j, joint in enumerate(machine.joints))
     old = {joint.name: new[j] for j, joint in enumerate(machine.joints)}
     loops = tuple(_loop(loop, k, old, taken) for k, loop in enumerate(machine.loops, start=1))
-    return replace(machine, name=title, joints=joints, loops=loops).with_remarks(*_remarks(changed))
+    limits = replace(machine.limits, joints={old.get(name, name): x for name, x in machine.limits.joints.items()})
+    renamed = replace(machine, name=title, joints=joints, loops=loops, limits=limits)
+    return renamed.with_remarks(*_remarks(changed))
 
 
 def _candidates(name: str, taken: Reasons) -> Iterator[str]:

@@ -27,7 +27,7 @@ def test_a_start_is_a_sound_machine(kind: str) -> None:
 def test_all_tables_and_keys_are_shown(kind: str) -> None:
     text = starting_text("machine", kind)
     headings = re.findall(r"^(?:# )?\[(\w+)\]", text, re.MULTILINE)
-    assert headings == ["loops", "parameters", *OF_JOINTS, "base", "scene", "motion", "wanted", "extras"]
+    assert headings == ["loops", "parameters", *OF_JOINTS, "base", "limits", "scene", "motion", "wanted", "extras"]
     for key in (key for section in SECTIONS for key in section.keys):
         assert re.search(rf"\b{key.name}\b", text), key.name
     assert max(map(len, text.splitlines())) <= 120

@@ -107,7 +107,8 @@ class _Robot:
         if freedom.type is JointType.FLOATING:
             return LinkJoint(freedom.name, freedom.type, parent, child, at)
         at = at * self._displacement(freedom, -freedom.reference)
-        joint = LinkJoint(freedom.name, freedom.type, parent, child, at, freedom.axis, **forces)
+        limits = self.forces.limits(freedom)
+        joint = LinkJoint(freedom.name, freedom.type, parent, child, at, freedom.axis, **forces, limits=limits)
         follows = self.equalities.followers.get(freedom.number)
         if isinstance(follows, Mimicked):
             return replace(joint, follows=follows, driven=False)
@@ -174,7 +175,7 @@ def _without_model(bodies: Bodies, forces: Forces) -> Iterator[str]:
     if bodies.compiled.has_contacts and not forces.off("CONTACT"):
         yield "contacts"
     if model.jnt_limited.any() and not forces.off("LIMIT"):
-        yield "limits of joints"
+        yield "stops at the limits of joints"
     tendons = [t for t in range(model.ntendon) if any(getattr(model, f"tendon_{key}")[t] for key in OF_TENDONS)]
     if tendons:
         yield f"forces of tendons ({list_of_names(model.tendon(t).name or f'tendon {t + 1}' for t in tendons)})"

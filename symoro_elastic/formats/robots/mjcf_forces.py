@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from symoro_elastic.formats.robots.mjcf_bodies import Bodies, Freedom
-from symoro_elastic.formats.robots.robot import JointType
+from symoro_elastic.formats.robots.robot import LARGEST, JointType
+from symoro_elastic.machine.limits import JointLimits, range_of
 from symoro_elastic.machine.names import quote
 
 ON_JOINTS = ("mjTRN_JOINT", "mjTRN_JOINTINPARENT")
@@ -43,6 +45,39 @@ class Forces:
             "driven": bool(actuators) or (not model.nu and not stiffness),
         }
 
+    def limits(self, freedom: Freedom) -> JointLimits:
+        """The limits of a joint that turns or slides: its position, and the torque that its actuators give together."""
+        if self._is_ball(freedom) or freedom.type is JointType.FLOATING:
+            return JointLimits()
+        model, j = self.bodies.model, freedom.number
+        torques = [self._torques(a) for a in self.actuators.get(j, ())]
+        low, high = sum((x for x, _ in torques), 0.0), sum((x for _, x in torques), 0.0)
+        if model.jnt_actfrclimited[j]:
+            least, most = map(float, model.jnt_actfrcrange[j])
+            low, high = max(low, least), min(high, most)
+        least, most = map(float, model.jnt_range[j])
+        position = range_of(least, most, LARGEST) if model.jnt_limited[j] and not self.off("LIMIT") else None
+        return JointLimits(position, torque=range_of(low, high, LARGEST) if torques else None)
+
+    def _torques(self, a: int) -> tuple[float, float]:
+        """The least and largest torque, or force, of an actuator on its joint; infinite where the file does not say."""
+        model = self.bodies.model
+        low, high = -math.inf, math.inf
+        if model.actuator_forcelimited[a]:
+            low, high = map(float, model.actuator_forcerange[a])
+        if model.actuator_ctrllimited[a] and not self._has_law(a):
+            gain = float(model.actuator_gainprm[a][0])
+            least, most = sorted(gain * float(x) for x in model.actuator_ctrlrange[a])
+            low, high = max(low, least), min(high, most)
+        gear = float(model.actuator_gear[a][0])
+        first, second = (gear * x if gear else 0.0 for x in (low, high))
+        return min(first, second), max(first, second)
+
+    def _has_law(self, a: int) -> bool:
+        """Whether the force of an actuator is more than its control times a number."""
+        model = self.bodies.model
+        return bool(model.actuator_dyntype[a] or model.actuator_gaintype[a] or model.actuator_biastype[a])
+
     def off(self, name: str) -> bool:
         """Whether the options of the file disable something, by MuJoCo's name."""
         flag = getattr(self.bodies.compiled.mujoco.mjtDisableBit, f"mjDSBL_{name}")
@@ -65,8 +100,7 @@ class Forces:
     def is_more_than_torque(self, a: int) -> bool:
         """Whether the control of an actuator is not the torque, or force, on its joint."""
         model = self.bodies.model
-        law = model.actuator_dyntype[a] or model.actuator_gaintype[a] or model.actuator_biastype[a]
-        return bool(law) or model.actuator_gainprm[a][0] != 1 or model.actuator_gear[a][0] != 1
+        return self._has_law(a) or model.actuator_gainprm[a][0] != 1 or model.actuator_gear[a][0] != 1
 
     def _is_on_joint(self, a: int) -> bool:
         """Whether an actuator acts on a joint that turns or slides."""

@@ -38,6 +38,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine, Origin
 from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.limits import Limits, within_machine
 from symoro_elastic.machine.machine import Base, Body, Closing, Floating, Friction, Joint, Kind, Loop, Spring, Vector3
 from symoro_elastic.machine.names import did_you_mean, list_of_names, quote
 from symoro_elastic.machine.springs_beside_motors import with_springs_beside
@@ -122,13 +123,16 @@ class _Builder:
             source=self.source,
             origin=Origin(remarks=(*description.remarks, *self._remarks())),
         )
-        return with_springs_beside(replace(machine, loops=tuple(self._loops(machine))))
+        limits = within_machine(Limits({joint.name: joint.limits for joint in self.tree.moving}), machine)
+        return with_springs_beside(replace(machine, loops=tuple(self._loops(machine)), limits=limits))
 
     def _remarks(self) -> Iterator[str]:
         """What the table holds that the user of the robot may not expect."""
         followers = [joint.name for joint in self.tree.moving if joint.follows]
         if followers:
-            yield f"joints that mimic others become coupled rows, without a variable: {list_of_names(followers)}"
+            limited = any(joint.limits for joint in self.tree.moving if joint.follows)
+            without = "without a variable, and without limits" if limited else "without a variable"
+            yield f"joints that mimic others become coupled rows, {without}: {list_of_names(followers)}"
         unknown = [one.name for one in self.tree.moving if all(x.frame_only for x, _ in self.tree.links_on(one))]
         empty = [row.name for row in self.rows if row.name in unknown and row.rotor_inertia.is_zero]
         if empty:

@@ -15,6 +15,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.limits import JointLimits
 from symoro_elastic.machine.names import quote
 
 LARGEST = 1e50
@@ -79,7 +80,7 @@ class LinkJoint:
     """The joint between two links, `placement` that of the child's frame in the parent's at position 0.
 
     `axis` (3,) is in the child's frame. `stiffness`, `neutral` position, `damping`, `friction` (dry) and
-    `rotor_inertia` are those of the joint's coordinate. `driven` says that a motor is there.
+    `rotor_inertia` are those of the joint's coordinate, and so are `limits`. `driven` says that a motor is there.
     """
 
     name: str
@@ -95,6 +96,7 @@ class LinkJoint:
     rotor_inertia: float = 0.0
     driven: bool = True
     follows: Mimicked | None = None
+    limits: JointLimits = JointLimits()
 
 
 @dataclass(frozen=True, eq=False)

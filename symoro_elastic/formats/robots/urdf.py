@@ -1,6 +1,6 @@
 """URDF as links and joints.
 
-Lengths of axes, limits, shapes and what simulators add are not part of a model; what changes one and cannot be taken
+Lengths of axes, shapes and what simulators add are not part of a model; what changes one and cannot be taken
 is reported in `remarks`.
 """
 
@@ -18,6 +18,7 @@ from symoro_elastic.formats.robots.robot import Description, JointType, Link, Li
 from symoro_elastic.formats.robots.xml_text import numbers, root_element
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.limits import JointLimits, Range, range_of
 from symoro_elastic.machine.names import list_of_names, quote
 
 TYPES = {
@@ -33,6 +34,10 @@ MODELLED = {"link", "joint", "transmission"}
 WITHOUT_EFFECT = {"material", "gazebo", "sensor", "plugin", "static", "verbose", "mujoco", "capsule_geometry"}
 ENTRIES = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
 NOT_OF_LENGTH_ONE = 1e-3
+FAR = 1e9
+"""Limits from it on stand for none: files must give some."""
+EITHER_WAY = {"velocity": "velocity", "acceleration": "acceleration", "effort": "torque"}
+"""Attributes of <limit> that hold either way, acceleration since version 1.2, and the quantities that they limit."""
 
 
 def describe(text: str, source: str) -> Description:
@@ -113,6 +118,7 @@ def _joint(joint: Element, rotors: Rotors, source: str) -> LinkJoint:
         friction=0.0 if fixed else friction,
         rotor_inertia=0.0 if fixed else rotors.inertia(name),
         follows=None if fixed else _mimicked(joint, source, place),
+        limits=JointLimits() if fixed else limits_of(joint, source, place),
     )
 
 
@@ -126,6 +132,35 @@ def _dynamics(joint: Element, source: str, place: str) -> tuple[float, float]:
         if value < 0:
             raise InputError(source, place, f"its {key} is negative: {value:g}")
     return damping, friction
+
+
+def limits_of(joint: Element, source: str, place: str) -> JointLimits:
+    """The limits of a joint: those that leave room, and are not as far as files give them that have none."""
+    found = joint.find("limit")
+    if found is None:
+        return JointLimits()
+    return JointLimits(
+        position=range_of(*_ends(found, source, place), FAR) if joint.get("type") != "continuous" else None,
+        **{quantity: _either_way(found, key, source, place) for key, quantity in EITHER_WAY.items()},
+    )
+
+
+def _ends(limit: Element, source: str, place: str) -> tuple[float, float]:
+    """Lower and upper position: zero where only the other one is given, as URDF has it."""
+    lower, upper = (_limit(limit, key, source, place) for key in ("lower", "upper"))
+    return lower, upper
+
+
+def _either_way(limit: Element, key: str, source: str, place: str) -> Range | None:
+    largest = _limit(limit, key, source, place)
+    return range_of(-largest, largest, FAR)
+
+
+def _limit(limit: Element, key: str, source: str, place: str) -> float:
+    """A number of a limit, 0 where it is not given; it may be infinite."""
+    if limit.get(key, "").strip().lower().lstrip("+-") in ("inf", "infinity"):
+        return math.copysign(math.inf, -1.0 if limit.get(key, "").strip()[0] == "-" else 1.0)
+    return numbers(limit, key, "0", 1, source, place)[0]
 
 
 def _axis(joint: Element, source: str, place: str) -> Array:
@@ -201,9 +236,20 @@ def _remarks(robot: Element) -> Iterator[str]:
     springs = [e.get("reference", "") for e in robot.findall("gazebo") if e.find("springStiffness") is not None]
     if springs:
         yield f"springs for Gazebo are not read: joint {list_of_names(springs)}; give them by convert --elastic JOINT=K"
+    reversed_ = [joint.get("name", "") for joint in robot.findall("joint") if _is_reversed(joint)]
+    if reversed_:
+        yield f"limits whose lower end is above the upper one are not taken: joint {list_of_names(reversed_)}"
     odd = [joint.get("name", "") for joint in robot.findall("joint") if _is_long(joint)]
     if odd:
         yield f"axes that are not of length 1 give directions only: joint {list_of_names(odd)}"
+
+
+def _is_reversed(joint: Element) -> bool:
+    """Whether a joint that moves has limits of positions that are reversed."""
+    limit = joint.find("limit")
+    if limit is None or joint.get("type") not in ("revolute", "prismatic"):
+        return False
+    return float(limit.get("lower", "0")) > float(limit.get("upper", "0"))
 
 
 def _is_long(joint: Element) -> bool:

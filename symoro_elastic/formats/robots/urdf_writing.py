@@ -1,7 +1,7 @@
 """A machine as URDF: its frames as links, modified Denavit-Hartenberg parameters as origins.
 
 URDF has numbers only, no springs, no rotors, no loops, and no gravity: readers take 9.81 m/s2 against z. What it lacks
-is refused by the joint.
+is refused by the joint. Limits that it demands and the machine does not have are too far to be reached.
 """
 
 from __future__ import annotations
@@ -16,17 +16,18 @@ import numpy as np
 
 from symoro_elastic.formats.robots.displacements import ROUNDING, about_x, about_z
 from symoro_elastic.formats.robots.robot import Placement
+from symoro_elastic.formats.robots.urdf import EITHER_WAY, FAR
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.checks import parameter_values, place_of
 from symoro_elastic.machine.columns import Cell, cells
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.joints import SELECTED
+from symoro_elastic.machine.limits import JointLimits, Limits, within_machine
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
 from symoro_elastic.machine.names import quote
 
 GRAVITY = (0.0, 0.0, -9.81)
-FAR = "1e9"
-"""Limits of a prismatic joint, which URDF demands: none."""
 EXPRESSED = (Kind.MOTOR, Kind.COUPLED, Kind.FIXED)
 NOT_EXPRESSED = {
     "springs": "URDF has no springs: write .toml, or leave them out by --drop springs",
@@ -75,6 +76,11 @@ class _Writer:
     def values(self) -> dict[str, float]:
         """Values of the parameters."""
         return parameter_values(self.machine)
+
+    @cached_property
+    def limits(self) -> Limits:
+        """Limits of its joints."""
+        return within_machine(DescribedMachine.of(self.machine).limits, self.machine)
 
     @cached_property
     def base(self) -> str:
@@ -158,7 +164,8 @@ class _Writer:
     def _joint(self, robot: Element, j: int, row: Joint) -> None:
         place = place_of(j, row)
         followed = self._followed(j, row)
-        types = {0: "continuous", 1: "prismatic", 2: "fixed"}
+        limits = self.limits.of(row.name)
+        types = {0: "revolute" if limits.position else "continuous", 1: "prismatic", 2: "fixed"}
         joint = SubElement(robot, "joint", name=row.name, type=types[row.sigma])
         origin = self._origin(row, place, followed.offset if followed else None)
         SubElement(joint, "origin", xyz=_text(origin.translation), rpy=_text(rpy_of(origin.rotation)))
@@ -167,14 +174,31 @@ class _Writer:
         if row.sigma == 2:
             return
         SubElement(joint, "axis", xyz="0 0 1")
-        if row.sigma == 1:
-            SubElement(joint, "limit", lower=f"-{FAR}", upper=FAR, effort=FAR, velocity=FAR)
+        if row.sigma == 1 or limits:
+            SubElement(joint, "limit", self._limit(limits, place, is_endless=not (row.sigma or limits.position)))
         friction = {cell.name: self._number(place, cell, formula) for cell, formula in cells(row.friction)}
         if any(friction.values()):
             SubElement(joint, "dynamics", damping=_text([friction["viscous"]]), friction=_text([friction["coulomb"]]))
         if followed:
             leader = self.machine.joint(self.machine.variables[followed.variable]).name
             SubElement(joint, "mimic", joint=leader, multiplier=_text([followed.factor]), offset="0")
+
+    def _limit(self, limits: JointLimits, place: str, is_endless: bool) -> dict[str, str]:
+        """The attributes of a limit: those that URDF demands, and what else there is."""
+        found = {"lower": -FAR, "upper": FAR, "effort": FAR, "velocity": FAR}
+        if is_endless:
+            del found["lower"], found["upper"]
+        if limits.position:
+            found |= {"lower": limits.position.low, "upper": limits.position.high}
+        for key, quantity in EITHER_WAY.items():
+            given = getattr(limits, quantity)
+            if given is None:
+                continue
+            if not given.is_symmetric:
+                what = f"[{given.low:g}, {given.high:g}]: URDF has one number either way: give one, or write .toml"
+                raise self.machine.error(f"{place}, limits, {quantity}", what)
+            found[key] = given.high
+        return {key: _text([x]) for key, x in found.items()}
 
     def _origin(self, row: Joint, place: str, offset: float | None) -> Placement:
         """Placement of the row at position 0; `offset` stands for a formula in the cell that sigma selects."""

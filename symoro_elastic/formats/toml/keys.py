@@ -8,6 +8,8 @@ from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to, some_of
+from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
+from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE
 from symoro_elastic.formats.toml.motion_keys import MOTIONS, OF_MOTION, WANTED
 from symoro_elastic.formats.toml.tables import Number, Table, is_not_finite
 from symoro_elastic.formats.toml.with_units import unit_in
@@ -75,7 +77,7 @@ UNIT = Key(
     default="",
     otherwise='""',
 )
-WITH_UNIT = Section("[parameters], an entry", "Value and unit of a parameter.", (VALUE, UNIT))
+WITH_UNIT = Section("[parameters], an entry", "Value, unit and tolerance of a parameter.", (VALUE, UNIT, TOLERANCE))
 PARAMETER = Type(
     "number or formula of numbers, nan for none, or a table",
     {"anyOf": [reference_to("formula"), WITH_UNIT.schema]},
@@ -317,8 +319,15 @@ MACHINE = Section(
         Key("joints", JOINTS.type, "The table of geometric parameters, a row for each joint.", ""),
         *(_table("loops", LOOPS), PARAMETERS),
         *(_table(name, section_of(name)) for name in OF_JOINTS),
-        *(_table("base", BASE), _table("scene", SCENE), MOTIONS, _table("wanted", WANTED), EXTRAS),
+        *(
+            _table("base", BASE),
+            _table(OF_LIMITS, LIMITS),
+            _table("scene", SCENE),
+            MOTIONS,
+            _table("wanted", WANTED),
+            EXTRAS,
+        ),
     ),
 )
-SECTIONS = (MACHINE, JOINTS, LOOPS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, SCENE, *OF_MOTION)
+SECTIONS = (MACHINE, JOINTS, LOOPS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, LIMITS, SCENE, *OF_MOTION)
 """All tables of a machine file, in the order of the reference."""

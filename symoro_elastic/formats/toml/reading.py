@@ -42,6 +42,7 @@ from symoro_elastic.formats.toml.keys import (
     key_of,
     section_of,
 )
+from symoro_elastic.formats.toml.limits import limits_of
 from symoro_elastic.formats.toml.motions import motions_of, wanted_of
 from symoro_elastic.formats.toml.scenes import scene_of
 from symoro_elastic.formats.toml.tables import Table, load
@@ -87,6 +88,7 @@ def machine_of(top: Table) -> DescribedMachine:
             of_name="" if FILE_NAME.name in top.entries else NAME_OF_FILE,
         ),
     )
+    machine = replace(machine, limits=limits_of(top, machine, listed))
     scene = resolve(scene_of(top.table("scene")), machine) if "scene" in top.entries else None
     return replace(machine, asked=Request(scene, motions_of(top, machine), wanted_of(top)))
 

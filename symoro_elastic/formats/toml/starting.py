@@ -19,6 +19,8 @@ from symoro_elastic.formats.toml.keys import (
     SCENE,
     section_of,
 )
+from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
+from symoro_elastic.formats.toml.limits import LIMITS
 from symoro_elastic.formats.toml.motion_keys import MOTION, WANTED
 
 
@@ -213,7 +215,8 @@ def _blocks(name: str, start: Start) -> list[str]:
         _table("parameters", f"# {PARAMETERS.meaning}", start.tables, ""),
     ]
     blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
-    blocks += [_of_section("base", BASE, start), _of_section("scene", SCENE, start)]
+    blocks += [_of_section("base", BASE, start), _of_section(OF_LIMITS, LIMITS, start)]
+    blocks += [_of_section("scene", SCENE, start)]
     blocks += [_of_section("motion", MOTION, start), _of_section("wanted", WANTED, start)]
     blocks.append(_table("extras", f"# {EXTRAS.meaning}", {}, '# Type = "0"'))
     return blocks

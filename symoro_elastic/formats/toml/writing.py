@@ -8,10 +8,13 @@ from typing import Any
 
 from symoro_elastic.formats.joint_cells import SELECTED, cell_of
 from symoro_elastic.formats.toml.keys import OF_JOINTS
+from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
+from symoro_elastic.formats.toml.limits import TOLERANCE, limits_by_joint, written_tolerance
 from symoro_elastic.formats.toml.motions import Entries, entries_of_motion, entries_of_wanted
 from symoro_elastic.machine.columns import Column, Values, columns
 from symoro_elastic.machine.described import DescribedMachine, Request, Wanted
 from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.limits import Range, within_machine
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -88,11 +91,14 @@ def _joined(blocks: Iterable[Sequence[str]]) -> str:
 
 def _sections(machine: DescribedMachine) -> Iterable[tuple[str, list[str]]]:
     yield "loops", _named((loop.name, _loop(loop, machine)) for loop in machine.loops)
-    yield "parameters", _table((parameter.name, _parameter(parameter)) for parameter in machine.parameters)
+    limits = within_machine(machine.limits, machine)
+    valued = ((one, limits.parameters.get(one.name)) for one in machine.parameters)
+    yield "parameters", _table((one.name, _parameter(one, tolerated)) for one, tolerated in valued)
     for section in OF_JOINTS:
         owners = [(joint.name, joint.body if section == "bodies" else joint) for joint in machine.joints]
         yield section, _named((name, _entry(owner, section)) for name, owner in owners)
     yield "base", _table([*_entry(machine.base, "base"), *_floating(machine.floating)])
+    yield OF_LIMITS, _named(limits_by_joint(limits).items())
     extras = machine.origin.extras | ({BASE_PARAMETERS: GROUPED} if machine.is_grouped else {})
     yield "extras", _table((key, text_of(value)) for key, value in extras.items())
 
@@ -200,11 +206,18 @@ def _floating(floating: Floating | None) -> Entry:
     return [*entry, ("body", _inline(body))] if body else entry
 
 
-def _parameter(parameter: Parameter) -> str:
-    if parameter.unit:
+def _parameter(parameter: Parameter, tolerated: Range | None) -> str:
+    if parameter.unit or tolerated:
         value = [("value", _cell(parameter.value.text))] if parameter.value else []
-        return _inline([*value, ("unit", text_of(parameter.unit))])
+        unit = [("unit", text_of(parameter.unit))] if parameter.unit else []
+        return _inline([*value, *unit, *_tolerance(parameter, tolerated)])
     return _cell(parameter.value.text) if parameter.value else "nan"
+
+
+def _tolerance(parameter: Parameter, tolerated: Range | None) -> Entry:
+    if tolerated is None or parameter.value is None:
+        return []
+    return [(TOLERANCE.name, written_tolerance(parameter.value.value(), tolerated))]
 
 
 def _scene(scene: Scene) -> list[str]:

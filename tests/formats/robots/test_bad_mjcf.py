@@ -245,8 +245,8 @@ def test_what_is_not_taken_is_said_once(tmp_path: Path) -> None:
         "torques act on the joints: gears and control laws of actuators are ignored",
         "actuators that act on no joint are ignored: 'pull'",
         "equality constraints that are ignored: 'drag', 'off', 'taut'",
-        "not modelled: contacts, limits of joints, forces of tendons ('string'), forces of the fluid around it, "
-        "forces that compensate gravity (gravcomp)",
+        "not modelled: contacts, stops at the limits of joints, forces of tendons ('string'), forces of the fluid "
+        "around it, forces that compensate gravity (gravcomp)",
     ]
 
 

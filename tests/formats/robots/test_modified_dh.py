@@ -196,7 +196,9 @@ def test_followers_are_coupled_rows_with_the_offsets_of_all() -> None:
     start = {str(variable): 0.0}
     assert right.r.value(values) - right.r.value(start) == pytest.approx(0.1)
     assert thumb.theta.value(values) - thumb.theta.value(start) == pytest.approx(-3.0)
-    assert "coupled rows, without a variable: 'right_finger', 'thumb_joint'" in "\n".join(machine.origin.remarks)
+    assert "coupled rows, without a variable, and without limits: 'right_finger', 'thumb_joint'" in "\n".join(
+        machine.origin.remarks
+    )
 
 
 @pytest.mark.parametrize(
