@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self, TypeVar
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.limits import Limits
+from symoro_elastic.machine.limits import Limits, within_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.scene import Scene
@@ -88,6 +88,11 @@ class DescribedMachine(Machine):
     def with_remarks(self, *remarks: str) -> Self:
         """The machine with these remarks after its own."""
         return replace(self, origin=replace(self.origin, remarks=(*self.origin.remarks, *remarks)))
+
+
+def limits_of(machine: Machine) -> Limits:
+    """The limits of what a machine has; none where it has no description."""
+    return within_machine(machine.limits, machine) if isinstance(machine, DescribedMachine) else Limits()
 
 
 def with_changed_scene(machine: AnyMachine, change: Callable[[Scene], Scene | None]) -> AnyMachine:

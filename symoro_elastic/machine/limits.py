@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Joint, Kind, Machine
 
 TORQUE = "torque"
 
@@ -103,6 +103,11 @@ def why_unlimited(machine: Machine, j: int, quantity: str = "position") -> str:
     if quantity == TORQUE and joint.kind is Kind.PASSIVE:
         return "a passive joint has neither a motor nor a spring, so no torque: leave it out"
     return ""
+
+
+def unit_of(quantity: str, joint: Joint) -> str:
+    """Return the unit of a limited quantity of a joint."""
+    return UNITS[quantity][int(joint.sigma == 1)]
 
 
 def within_machine(limits: Limits, machine: Machine) -> Limits:

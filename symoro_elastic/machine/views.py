@@ -1,13 +1,16 @@
-"""A machine in print: the table of geometric parameters, and that of bodies."""
+"""A machine in print: the table of geometric parameters, that of bodies, and that of limits."""
 
 from __future__ import annotations
 
 import re
+from typing import Any
 
 from symoro_elastic.foundation.results import Part, Table, parts_of
 from symoro_elastic.machine.columns import cells, declared_columns
+from symoro_elastic.machine.described import limits_of
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
+from symoro_elastic.machine.limits import LIMITED, JointLimits, Range, unit_of
 from symoro_elastic.machine.machine import Machine
 
 BODY_COLUMNS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
@@ -16,7 +19,9 @@ BODY_COLUMNS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 @parts_of.register
 def _(machine: Machine) -> list[Part]:
     """Return the table of geometric parameters, and the values of named parameters."""
-    return [machine.headline, machine_table(machine, machine.name), *parameter_lines(machine)]
+    limited = limits_table(machine, "limits")
+    tables = [machine_table(machine, machine.name), *([limited] if limited.rows else [])]
+    return [machine.headline, *tables, *parameter_lines(machine)]
 
 
 def machine_table(machine: Machine, title: str = "") -> Table:
@@ -38,9 +43,39 @@ def bodies_table(machine: Machine, title: str = "") -> Table:
     return Table(("body", *BODY_COLUMNS), massive, title)
 
 
+def limits_table(machine: Machine, title: str = "") -> Table:
+    """Return the limits of the joints of a machine, with units; without rows where it has none."""
+    table = Table(("joint", *LIMITED), title=title)
+    limits = limits_of(machine)
+    for joint in machine.joints:
+        if one := limits.joints.get(joint.name):
+            table.add_row(joint.name, *(_range(getattr(one, name), unit_of(name, joint)) for name in LIMITED))
+    return table
+
+
+def limits_json(machine: Machine) -> dict[str, Any]:
+    """Return low and high end of the limits of a machine, in SI units: of joints by quantity, and of parameters."""
+    limits = limits_of(machine)
+    joints = {name: _ranges_of(one) for name, one in limits.joints.items()}
+    parameters = {name: [one.low, one.high] for name, one in limits.parameters.items()}
+    return {"joints": joints, "parameters": parameters}
+
+
+def _ranges_of(limits: JointLimits) -> dict[str, list[float]]:
+    given = {name: getattr(limits, name) for name in LIMITED}
+    return {name: [one.low, one.high] for name, one in given.items() if one is not None}
+
+
+def _range(one: Range | None, unit: str) -> str:
+    return "" if one is None else f"{one.low:.6g} to {one.high:.6g} {unit}".rstrip()
+
+
 def parameter_lines(machine: Machine) -> list[str]:
     """Return a line with the value of each named parameter, and one with the names of those without."""
-    valued = [f"{p.name} = {p.value} {p.unit}".rstrip() for p in machine.parameters if p.value is not None]
+    tolerated = limits_of(machine).parameters
+    ranges = {name: f" ({_range(one, '')})" for name, one in tolerated.items()}
+    known = (p for p in machine.parameters if p.value is not None)
+    valued = [f"{p.name} = {p.value} {p.unit}".rstrip() + ranges.get(p.name, "") for p in known]
     unknown = [p.name for p in machine.parameters if p.value is None]
     if not unknown:
         return valued

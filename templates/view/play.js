@@ -70,7 +70,7 @@ class Player {
 
 function positionSection(player, data) {
   const sliders = data.joints.map((joint, k) => slider(
-    { name: joint.name, unit: joint.unit, role: joint.role, value: data.q[k], low: data.q[k] - joint.reach, high: data.q[k] + joint.reach },
+    { name: joint.name, unit: joint.unit, role: joint.role, value: data.q[k], low: joint.low, high: joint.high },
     (x) => player.set(k, x)));
   player.listeners.push((q) => sliders.forEach((one, k) => one.show(q[k])));
   const driven = data.joints.some((joint) => joint.motor);

@@ -20,10 +20,10 @@ from symoro_elastic.formats.robots.urdf import EITHER_WAY, FAR
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.checks import parameter_values, place_of
 from symoro_elastic.machine.columns import Cell, cells
-from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.described import limits_of
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree
 from symoro_elastic.machine.joints import SELECTED
-from symoro_elastic.machine.limits import JointLimits, Limits, within_machine
+from symoro_elastic.machine.limits import JointLimits, Limits
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
 from symoro_elastic.machine.names import quote
 
@@ -80,7 +80,7 @@ class _Writer:
     @cached_property
     def limits(self) -> Limits:
         """Limits of its joints."""
-        return within_machine(DescribedMachine.of(self.machine).limits, self.machine)
+        return limits_of(self.machine)
 
     @cached_property
     def base(self) -> str:

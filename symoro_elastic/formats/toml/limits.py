@@ -17,6 +17,7 @@ from symoro_elastic.machine.limits import (
     JointLimits,
     Limits,
     Range,
+    unit_of,
     why_no_range,
     why_unlimited,
 )
@@ -113,7 +114,7 @@ def _of_joints(table: Table, machine: Machine) -> dict[str, JointLimits]:
 def _of_joint(entry: Table, key: Key, machine: Machine, j: int) -> Range:
     if reason := why_unlimited(machine, j, key.name):
         raise entry.fail(key.name, reason)
-    found: Range = replace(key, unit=UNITS[key.name][int(machine.joint(j).sigma == 1)]).read(entry)
+    found: Range = replace(key, unit=unit_of(key.name, machine.joint(j))).read(entry)
     return found
 
 

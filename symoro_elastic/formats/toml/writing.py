@@ -12,9 +12,9 @@ from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import TOLERANCE, limits_by_joint, written_tolerance
 from symoro_elastic.formats.toml.motions import Entries, entries_of_motion, entries_of_wanted
 from symoro_elastic.machine.columns import Column, Values, columns
-from symoro_elastic.machine.described import DescribedMachine, Request, Wanted
+from symoro_elastic.machine.described import DescribedMachine, Request, Wanted, limits_of
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.limits import Range, within_machine
+from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Floating, Joint, Machine, Parameter
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -91,7 +91,7 @@ def _joined(blocks: Iterable[Sequence[str]]) -> str:
 
 def _sections(machine: DescribedMachine) -> Iterable[tuple[str, list[str]]]:
     yield "loops", _named((loop.name, _loop(loop, machine)) for loop in machine.loops)
-    limits = within_machine(machine.limits, machine)
+    limits = limits_of(machine)
     valued = ((one, limits.parameters.get(one.name)) for one in machine.parameters)
     yield "parameters", _table((one.name, _parameter(one, tolerated)) for one, tolerated in valued)
     for section in OF_JOINTS:

@@ -15,7 +15,7 @@ from typing import Any
 from symoro_elastic.codegen.javascript import javascript_function
 from symoro_elastic.codegen.templates import render, template_folder
 from symoro_elastic.foundation.input_files import read_file
-from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.described import DescribedMachine, limits_of
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.pages.drawing.figure import Figure
 from symoro_elastic.pages.drawing.joint_shapes import REACH
@@ -84,7 +84,7 @@ def page_data(shown: ShownMachine) -> dict[str, Any]:
         "view": round_significant(view_of(figure).axes),
         "q": round_significant(shown.q, 15),
         "dependent": round_significant(dependent, 15) if len(dependent) else None,
-        "joints": [_joint(machine, j, figure) for j in machine.independent],
+        "joints": [_joint(machine, j, x, figure) for j, x in zip(machine.independent, shown.q, strict=True)],
         "leaves": _leaves(machine),
         "modes": [modes_data(one, figure.extent) for one in shown.modes],
         "motions": motions_data(shown.motions),
@@ -132,16 +132,19 @@ def _wire(wire: Wire) -> dict[str, Any]:
     }
 
 
-def _joint(machine: Machine, j: int, figure: Figure) -> dict[str, Any]:
-    joint = machine.joint(j)
+def _joint(machine: Machine, j: int, position: float, figure: Figure) -> dict[str, Any]:
+    """A joint and the range of its slider: its limits, which the position may be beyond, else to each side of it."""
+    joint, limits = machine.joint(j), limits_of(machine).of(machine.joint(j).name).position
     reach = REACH * figure.unit if joint.sigma == 1 else TURN
+    low, high = (limits.low, limits.high) if limits else (position - reach, position + reach)
     return {
         "name": joint.name,
         "frame": j,
         "unit": joint.unit,
         "role": joint.kind,
         "motor": joint.kind is Kind.MOTOR,
-        "reach": round_significant(reach, 4),
+        "low": round_significant(min(low, position), 15),
+        "high": round_significant(max(high, position), 15),
     }
 
 

@@ -30,7 +30,7 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.views import bodies_table, machine_table, parameter_lines
+from symoro_elastic.machine.views import bodies_table, limits_table, machine_table, parameter_lines
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.numerics.grouping import base_parameters
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
@@ -109,6 +109,8 @@ def _machine(subject: Subject) -> Iterator[str]:
     placed = placed_machine(machine, {})
     yield block(axes_table(placed, "Origins and axes in frame 0"))
     yield block(bodies_table(machine, "Bodies: mass, first moments and inertia about the origin of the frame"))
+    if (limited := limits_table(machine, "Limits")).rows:
+        yield block(limited)
     if machine.parameters:
         values = "".join(map(paragraph, parameter_lines(machine)))
         yield collapsible("Parameters", [f'<div class="columns">{values}</div>'], opened=True)

@@ -159,8 +159,8 @@ def test_joints_that_follow_others_have_none_and_names_follow() -> None:
 
 MJCF = """<mujoco><compiler angle="{angle}" autolimits="{auto}"/><worldbody>
 <body><joint name="a" axis="0 0 -1" range="{low} {high}" ref="{ref}" {of_a}/><inertial pos="0 0 0.1" mass="1"
- diaginertia="1 1 1"/><body pos="1 0 0" euler="{turn} 0 0"><joint name="b" type="slide" axis="1 0 0" range="-0.2 0.3" {of_b}/>
-<inertial pos="0 0 0.1" mass="1" diaginertia="1 1 1"/></body></body></worldbody>
+ diaginertia="1 1 1"/><body pos="1 0 0" euler="{turn} 0 0"><joint name="b" type="slide" axis="1 0 0"
+ range="-0.2 0.3" {of_b}/><inertial pos="0 0 0.1" mass="1" diaginertia="1 1 1"/></body></body></worldbody>
 <actuator>{motors}</actuator></mujoco>"""
 IN_DEGREES = {"angle": "degree", "low": -90, "high": 45, "ref": 10, "turn": 30}
 IN_RADIANS = {"angle": "radian", "low": -np.pi / 2, "high": np.pi / 4, "ref": 0.2, "turn": 0.5}

@@ -135,7 +135,17 @@ def test_sliders_are_those_of_the_motors_and_of_all_other_joints() -> None:
     joints = data(page("two_axis.toml"))["joints"]
     assert [joint["name"] for joint in joints if joint["motor"]] == ["motor_x", "motor_y"]
     assert [joint["frame"] for joint in joints] == list(machine("two_axis.toml").independent)
-    assert all(joint["reach"] > 0 for joint in joints)
+    assert all(joint["low"] < 0 < joint["high"] for joint in joints)
+
+
+def test_sliders_take_the_limits_of_positions_and_hold_the_position_that_is_shown() -> None:
+    """At 0.2 m the slide is within its limits, at 0.5 m beyond; a joint without them has a slider all the same."""
+    whole = machine("all_keys.toml")
+    for at, most in ((0.2, 0.4), (0.5, 0.5)):
+        joints = {one["name"]: one for one in data(machine_page(shown_machine(whole, {"slide": at})))["joints"]}
+        assert (joints["slide"]["low"], joints["slide"]["high"]) == (0.0, most)
+        assert joints["table"]["high"] == -joints["table"]["low"] == pytest.approx(170 * np.pi / 180, rel=1e-14)
+        assert joints["shoulder"]["low"] < joints["shoulder"]["high"]
 
 
 @pytest.mark.skipif(not COMPILERS, reason="needs a C compiler")
