@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from symoro_elastic.api.machines import write as write
     from symoro_elastic.api.measured import excite as excite
     from symoro_elastic.api.measured import identify as identify
+    from symoro_elastic.api.models import certify as certify
     from symoro_elastic.api.models import check as check
     from symoro_elastic.api.models import equations as equations
     from symoro_elastic.api.models import generate as generate
@@ -59,7 +60,7 @@ _MODULES = {
     "api.loaded": "load",
     "api.machines": "MachineWarning new read write",
     "api.measured": "excite identify",
-    "api.models": "check equations generate trade",
+    "api.models": "certify check equations generate trade",
     "api.motions": "ladder simulate",
     "api.pages": "report",
     "api.sweeps": "sweep",

@@ -1,4 +1,4 @@
-"""Models of machines: generate, check, equations, trade."""
+"""Models of machines: generate, check, certify, equations, trade."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from symoro_elastic.api.checked_calls import COMMAND
 from symoro_elastic.api.declaration import operation, operation_on_models
 from symoro_elastic.api.machines import the_machine
-from symoro_elastic.api.options import Checking, Generating, Trading, Writing
-from symoro_elastic.api.rows import EFFORTS, MachineLike, Values
+from symoro_elastic.api.options import Certifying, Checking, Generating, Trading, Writing
+from symoro_elastic.api.rows import EFFORTS, MachineLike, Values, certified_names
 from symoro_elastic.api.scenes import SceneRequest, scene_for
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain, tool_chain
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.trade_off.trade import Trade
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.scene import Scene
+    from symoro_elastic.numerics.guarantees.certificates import Certificates
     from symoro_elastic.numerics.verification.verify import Verification
 
 
@@ -126,6 +127,27 @@ def check(machine: MachineLike, options: Checking) -> Verification:
         return pipeline.verify(whole, scene, seed=options.seed, announce=options.announce, progress=options.progress)
     except (CompilationFailed, NoValues) as error:
         raise InputError(whole.label, "check", str(error)) from None
+
+
+@operation_on_models(Certifying)
+def certify(machine: MachineLike, options: Certifying) -> Certificates:
+    """Bound ranges and rounding errors of a machine's models where its joints are within their limits.
+
+    Bounds are proven for all states in the box that the limits span, by intervals and running errors; where none is
+    found, the error is bounded at random states with a stated confidence, or said not to be bounded.
+
+    Raises
+    ------
+    InputError
+        If a joint has no limit that a model needs, or a parameter no value.
+    """
+    from symoro_elastic.numerics.guarantees.certificates import Effort
+
+    whole = the_machine(machine)
+    precisions = [PRECISIONS[name] for name in among(options.precisions, [*certified_names()], "--precision")]
+    effort = Effort(options.sub_boxes, options.seed, options.progress)
+    scene = scene_for(whole, options)
+    return pipeline.certificates(whole, scene, precisions or (DOUBLE,), effort, options.announce)
 
 
 @dataclass(frozen=True, repr=False)

@@ -22,6 +22,7 @@ from symoro_elastic.api.rows import (
     SceneLike,
     Values,
     announce_row,
+    certified_names,
     at_row,
     duration_row,
     force_row,
@@ -147,6 +148,20 @@ class Generating(RequestedModels):
 class Checking(RequestedModels):
     """What is verified."""
 
+    seed: int = seed_row()
+    announce: Announce = announce_row()
+    progress: Progress = progress_row()
+
+
+class Certifying(RequestedModels):
+    """What is guaranteed of models, and how closely."""
+
+    precisions: Sequence[str] = option(
+        (), "NAME", "Precision that is certified: {names} (default: double).", kinds.TEXTS, names=certified_names
+    )
+    sub_boxes: int = option(
+        64, "N", "Parts that the box is cut into at most; more make bounds smaller.", kinds.WHOLE, least=1, most=4096
+    )
     seed: int = seed_row()
     announce: Announce = announce_row()
     progress: Progress = progress_row()

@@ -57,6 +57,13 @@ def form_names() -> Iterable[str]:
     return FORMS
 
 
+def certified_names() -> Iterable[str]:
+    """Return the precisions of C code that certificates are made for."""
+    from symoro_elastic.codegen.precision import PRECISIONS
+
+    return [name for name, precision in PRECISIONS.items() if not precision.is_pair]
+
+
 def precision_names() -> Iterable[str]:
     """Return the precisions of C code."""
     from symoro_elastic.codegen.precision import PRECISIONS

@@ -47,6 +47,7 @@ from symoro_elastic.quantities.frames import BASE
 from symoro_elastic.symbolic.memory import no_collection
 
 if TYPE_CHECKING:
+    from symoro_elastic.numerics.guarantees.certificates import Certificates, Effort
     from symoro_elastic.numerics.verification.forms import Choice
     from symoro_elastic.numerics.verification.verify import Verification
 
@@ -275,6 +276,23 @@ def verify(
         return compare(asked, code, seed=seed, progress=progress)
 
 
+def certificates(
+    machine: DescribedMachine,
+    scene: Scene,
+    precisions: Sequence[Precision] = (DOUBLE,),
+    effort: Effort | None = None,
+    announce: Announce = announce_nothing,
+) -> Certificates:
+    """What the models that a scene asks of a machine guarantee within its limits; raises `InputError`."""
+    from symoro_elastic.numerics.guarantees.certificates import Effort, certify_models
+    from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
+
+    asked = programs(machine, replace(scene, steps=()), announce)
+    announce("certify")
+    roundings = [ROUNDINGS[precision.name] for precision in precisions]
+    return certify_models(asked, machine.origin.ungrouped or machine, machine.limits, roundings, effort or Effort())
+
+
 def _grouped(machine: DescribedMachine, warn: Callable[[str], None]) -> DescribedMachine:
     """The machine with base inertial parameters."""
     from symoro_elastic.numerics.grouping import base_machine
@@ -282,7 +300,7 @@ def _grouped(machine: DescribedMachine, warn: Callable[[str], None]) -> Describe
     grouped, doubts = base_machine(machine)
     for line in doubts:
         warn(line)
-    return grouped
+    return replace(grouped, origin=replace(grouped.origin, ungrouped=machine))
 
 
 @no_collection()

@@ -50,13 +50,14 @@ class Origin:
 
     `notes` are remarks of its author, `extras` entries of a format that no model uses. `remarks` say, a line each, what
     the file holds and the machine does not: `checks.check` warns of them. `of_name` says where the machine's name
-    comes from unless it is given there.
+    comes from unless it is given there. `ungrouped` is the machine before its inertial parameters were grouped.
     """
 
     notes: tuple[str, ...] = ()
     extras: dict[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = field(default=(), compare=False)
     of_name: str = field(default="", compare=False)
+    ungrouped: Machine | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, repr=False)

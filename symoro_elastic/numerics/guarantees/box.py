@@ -6,7 +6,6 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import chain
 
 import numpy as np
 
@@ -107,10 +106,14 @@ def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iter
             if not needed or name in needed:
                 ranges[name] = _range(machine, limits, joint, LIMITED[argument.name])
                 positions |= {name} if LIMITED[argument.name] == POSITION else set()
-    for parameter in machine.parameters:
-        if not needed or parameter.name in needed:
-            ranges[parameter.name] = _of_parameter(machine, limits, parameter.name)
-    return Box(ranges, frozenset(positions))
+    parameters = [each.name for each in machine.parameters if not needed or each.name in needed]
+    return Box(ranges | parameter_box(machine, limits, parameters).ranges, frozenset(positions))
+
+
+def parameter_box(machine: Machine, limits: Limits, names: Iterable[str] | None = None) -> Box:
+    """The box of parameters, by default of all; raises `InputError` for one without value."""
+    chosen = [each.name for each in machine.parameters] if names is None else names
+    return Box({name: _of_parameter(machine, limits, name) for name in chosen})
 
 
 def _joints(machine: Machine, argument: str) -> Sequence[Joint]:
@@ -142,8 +145,3 @@ def _of_parameter(machine: Machine, limits: Limits, name: str) -> Range:
 def points(values: Mapping[str, Array]) -> dict[str, Interval]:
     """States as sub-boxes of one point each."""
     return {name: Interval(x, x) for name, x in values.items()}
-
-
-def joined(parts: Iterable[Iterable[str]]) -> tuple[str, ...]:
-    """Names of several groups, each once."""
-    return tuple(dict.fromkeys(chain.from_iterable(parts)))

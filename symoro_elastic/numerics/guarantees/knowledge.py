@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from symoro_elastic.codegen.package import Function
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
-from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.models.model import Pivots
+from symoro_elastic.models.traced import Traced
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.loewner import schur_complements
@@ -25,22 +26,21 @@ from symoro_elastic.symbolic.program import Program
 class PivotKnowledge:
     """Bounds of the pivots H_j in the program of a model, over any sub-boxes.
 
-    `machine` is restricted to the scene, with inertial parameters of bodies. Lemma 5 costs nothing; lemma 6, which asks
-    for the inertia matrix, is used for trees.
+    Lemma 5 costs nothing; lemma 6, which asks for the inertia matrix, is used for trees.
     """
 
-    def __init__(self, machine: Machine, scene: Scene, model: str, quantities: Mapping[str, object], box: Box) -> None:
-        kept = restrict(machine, scene)
-        pivots = MODELS[model].pivots if model in MODELS else None
-        solved = [j for j in kept.independent if pivots is Pivots.ALL or j not in kept.motors]
-        nodes = {j: quantities.get(f"H{j}") for j in (solved if pivots else ())}
+    def __init__(self, asked: Traced, physical: Machine, parameters: Box, function: Function) -> None:
+        """`physical` is the machine with inertial parameters of bodies, of which `parameters` are the values."""
+        machine = asked.machine
+        pivots = MODELS[function.name].pivots if function.name in MODELS else None
+        solved = [j for j in machine.independent if pivots is Pivots.ALL or j not in machine.motors]
+        nodes = {j: function.program.quantities.get(f"H{j}") for j in (solved if pivots else ())}
         self._nodes = {j: x for j, x in nodes.items() if isinstance(x, Expression)}
-        self._own = own_inertias(kept, box.whole) if self._nodes else {}
-        self._beyond = {j: _indices(kept, [k for k in solved if _carries(kept, j, k)]) for j in self._nodes}
-        self._entry = {j: kept.independent.index(j) for j in self._nodes}
-        self._size = len(kept.independent)
-        inertia = () if kept.is_coupled or not self._nodes else (_inertia_matrix(machine, scene),)
-        self._inertia = inertia[0] if inertia else None
+        self._own = own_inertias(restrict(physical, asked.scene), parameters.whole) if self._nodes else {}
+        self._beyond = {j: _indices(machine, [k for k in solved if _carries(machine, j, k)]) for j in self._nodes}
+        self._entry = {j: machine.independent.index(j) for j in self._nodes}
+        self._size = len(machine.independent)
+        self._inertia = None if machine.is_coupled or not self._nodes else _inertia_matrix(asked)
 
     def __call__(self, parts: Mapping[str, Interval]) -> Known:
         """What is known of pivots in sub-boxes: a function from the interval of a node to a smaller one."""
@@ -65,9 +65,10 @@ class PivotKnowledge:
         return Interval(*(np.array(end).reshape(self._size, self._size, count) for end in ends))
 
 
-def _inertia_matrix(machine: Machine, scene: Scene) -> Program:
+def _inertia_matrix(asked: Traced) -> Program:
     """The program of the inertia matrix, parameters being symbols or numbers as in the models of the scene."""
-    return trace_scene(machine, replace(scene, models=("inertia_matrix",), outputs={}, steps=()))[0].program
+    scene = replace(asked.scene, models=("inertia_matrix",), outputs={}, steps=())
+    return trace_scene(asked.whole, scene)[0].program
 
 
 def _carries(machine: Machine, j: int, k: int) -> bool:

@@ -1,0 +1,74 @@
+"""The certificates of the models that a scene asks of a machine, in some precisions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.package import Function
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.limits import Limits
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.traced import Traced
+from symoro_elastic.numerics.guarantees.box import Box, box_of, parameter_box
+from symoro_elastic.numerics.guarantees.certificate import MOST_SUB_BOXES, Certificate, Subject, certify
+from symoro_elastic.numerics.guarantees.knowledge import PivotKnowledge
+from symoro_elastic.numerics.guarantees.running_error import Rounding
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much is tried: sub-boxes at most, the seed of drawn states, and what is told of the work."""
+
+    most_sub_boxes: int = MOST_SUB_BOXES
+    seed: int = 0
+    progress: Progress = no_progress
+
+
+@dataclass(frozen=True, repr=False)
+class Certificates(Result):
+    """What the models of a machine guarantee, a certificate for each model and precision."""
+
+    machine: str
+    certificates: tuple[Certificate, ...]
+
+    @property
+    def headline(self) -> str:
+        """Machine, and how many certificates there are."""
+        return f"Certificates of {self.machine}: {', '.join(dict.fromkeys(one.model for one in self.certificates))}"
+
+    def of(self, model: str) -> tuple[Certificate, ...]:
+        """The certificates of one model, by precision."""
+        return tuple(one for one in self.certificates if one.model == model)
+
+
+def certify_models(
+    asked: Traced, physical: Machine, limits: Limits, roundings: Sequence[Rounding], effort: Effort = Effort()
+) -> Certificates:
+    """The certificates of the models that a scene asks of a machine, within its limits; raises `InputError`.
+
+    `physical` is the machine with the inertial parameters of bodies, from which those of the models may be grouped.
+    """
+    functions = asked.package.functions
+    made = [
+        _certificate(asked, physical, limits, function, rounding, effort)
+        for function in functions
+        for rounding in roundings
+    ]
+    return Certificates(asked.whole.name, tuple(made))
+
+
+def _certificate(
+    asked: Traced, physical: Machine, limits: Limits, function: Function, rounding: Rounding, effort: Effort
+) -> Certificate:
+    box = box_of(asked.machine, limits, function.program.inputs, function.program.used)
+    knowledge = PivotKnowledge(asked, physical, parameter_box(physical, limits), function)
+    subject = Subject(function, box, rounding, knowledge)
+    return certify(subject, asked.whole.name, effort.most_sub_boxes, effort.seed, effort.progress)
+
+
+def whole_box(certificates: Sequence[Certificate]) -> Box:
+    """The box of all variables of some certificates."""
+    ranges = {name: found for one in certificates for name, found in one.box.ranges.items()}
+    return Box(ranges, frozenset().union(*(one.box.positions for one in certificates)))
