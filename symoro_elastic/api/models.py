@@ -67,8 +67,9 @@ class Build:
         """Write the models that a scene asks of a machine, and return what was written."""
         precisions = [PRECISIONS[name] for name in self.precisions or (DOUBLE.name,)]
         return pipeline.generate(
-            machine, scene, self.targets, Path(options.out), options.announce, precisions, self.tools, self.unit
-        )
+            machine, scene, self.targets, Path(options.out), options.announce, precisions, self.tools, self.unit,
+            options.box,
+        )  # fmt: skip
 
 
 def build_of(options: Generating) -> Build:

@@ -22,8 +22,8 @@ from symoro_elastic.api.rows import (
     SceneLike,
     Values,
     announce_row,
-    certified_names,
     at_row,
+    certified_names,
     duration_row,
     force_row,
     form_names,
@@ -129,6 +129,10 @@ class Generating(RequestedModels):
     out: str | Path = option("generated", "FOLDER", "Folder of generated machines.", kinds.OUTPUT_FOLDER)
     precisions: Sequence[str] = option(
         (), "NAME", "Precision of the C code: {names} (default: double).", kinds.TEXTS, names=precision_names
+    )
+    box: bool = switch(
+        "Say in the code what it guarantees where joints are within their [limits], and write *_in_box, which tells "
+        "whether arguments are."
     )
     report: bool = switch("Compile the C, and report stack, size and instructions of each function.")
     compiler: str = option(

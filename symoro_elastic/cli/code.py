@@ -112,8 +112,8 @@ def check(machine: str, options: Certifying, reading: Reading, box: bool, by_its
             raise InputError("symoro-elastic", "--box", "and --self exclude each other: give one of them")
         with staged_progress() as (announce, progress):
             whole = read(machine, reading, announce)
-            result = call(api.certify, whole, options, announce=announce, progress=progress)
-        print_result(result, as_json)
+            guaranteed = call(api.certify, whole, options, announce=announce, progress=progress)
+        print_result(guaranteed, as_json)
         return
     if options.precisions:
         raise InputError("symoro-elastic", "--precision", "is that of a certificate: add --box, or leave it out")

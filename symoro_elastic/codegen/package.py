@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symoro_elastic.codegen.guaranteed import Guaranteed
 from symoro_elastic.quantities import ON_BASE, Quantity
 from symoro_elastic.symbolic.expression import Operand
 from symoro_elastic.symbolic.program import Program
@@ -87,6 +88,7 @@ class Function:
     """A generated function; `constants` are named numbers that its statements may hold.
 
     `divides` tells that it divides by inertias, which may be zero somewhere; it needs `least_bits` of precision.
+    `guaranteed` is what holds where its arguments are in a box, if that was asked for.
     """
 
     name: str
@@ -98,6 +100,7 @@ class Function:
     divides: bool = False
     least_bits: int = 0
     constants: tuple[Constant, ...] = ()
+    guaranteed: Guaranteed | None = None
 
     @property
     def columns(self) -> tuple[str, ...]:

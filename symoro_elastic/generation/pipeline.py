@@ -159,15 +159,17 @@ def generate(
     precisions: Sequence[Precision] = (DOUBLE,),
     tools: ToolChain | None = None,
     options: fmu.Options | None = None,
+    box: bool = False,
 ) -> Generated:
     """Write the models that a scene asks of a machine to `out/<machine name>/`, C in each of the precisions.
 
     With `tools` the C is compiled before, and what it costs is reported. `options` are those of an FMU, which has
-    models of its own. Raises `InputError`; nothing is written then.
+    models of its own. With `box` functions say what they guarantee within the limits of the machine. Raises
+    `InputError`; nothing is written then.
     """
     texts = [name for name in targets if name in TARGETS]
     scene, form = in_form(machine if texts else _of_unit(machine), scene, announce)
-    made = [_code(machine, scene, texts, announce, precisions, tools)] if texts else []
+    made = [_code(machine, scene, texts, announce, precisions, tools, box)] if texts else []
     if FMU in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
     announce("write")
@@ -194,15 +196,17 @@ def _code(
     announce: Announce,
     precisions: Sequence[Precision],
     tools: ToolChain | None,
+    box: bool,
 ) -> _Made:
     """The code of the models that a scene asks of a machine; raises `InputError`."""
     asked = programs(machine, scene, announce)
+    package = with_certificates(machine, asked, precisions, announce) if box else asked.package
     announce("render")
-    files = render(asked.package, targets, machine.source, precisions)
+    files = render(package, targets, machine.source, precisions)
     reports: Sequence[CodeReport] = ()
     if tools:
         announce(f"compile: {tools.command}")
-        reports = report(asked.package, files, machine.label, precisions, tools)
+        reports = report(package, files, machine.label, precisions, tools)
     return _Made(files, asked.models, _of_whole_machine(asked), reports)
 
 
@@ -277,20 +281,42 @@ def verify(
 
 
 def certificates(
-    machine: DescribedMachine,
+    machine: Machine,
     scene: Scene,
     precisions: Sequence[Precision] = (DOUBLE,),
     effort: Effort | None = None,
     announce: Announce = announce_nothing,
 ) -> Certificates:
     """What the models that a scene asks of a machine guarantee within its limits; raises `InputError`."""
+    asked = programs(machine, replace(scene, steps=()), announce)
+    return certified(machine, asked, precisions, effort, announce)
+
+
+def certified(
+    machine: Machine,
+    asked: Traced,
+    precisions: Sequence[Precision],
+    effort: Effort | None = None,
+    announce: Announce = announce_nothing,
+) -> Certificates:
+    """The certificates of programs in each of the precisions that have one; raises `InputError`."""
     from symoro_elastic.numerics.guarantees.certificates import Effort, certify_models
     from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 
-    asked = programs(machine, replace(scene, steps=()), announce)
     announce("certify")
-    roundings = [ROUNDINGS[precision.name] for precision in precisions]
-    return certify_models(asked, machine.origin.ungrouped or machine, machine.limits, roundings, effort or Effort())
+    described = DescribedMachine.of(machine)
+    physical = described.origin.ungrouped or machine
+    roundings = [ROUNDINGS[precision.name] for precision in precisions if precision.name in ROUNDINGS]
+    return certify_models(asked, physical, described.limits, roundings, effort or Effort())
+
+
+def with_certificates(
+    machine: Machine, asked: Traced, precisions: Sequence[Precision], announce: Announce = announce_nothing
+) -> Package:
+    """The package of programs, whose functions say what they guarantee; raises `InputError`."""
+    from symoro_elastic.numerics.guarantees.header import with_guarantees
+
+    return with_guarantees(asked.package, certified(machine, asked, precisions, announce=announce))
 
 
 def _grouped(machine: DescribedMachine, warn: Callable[[str], None]) -> DescribedMachine:

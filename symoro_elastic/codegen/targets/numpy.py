@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Collection, Iterable
+import textwrap
+from collections.abc import Collection, Iterable, Iterator
 from typing import Any
 
 from symoro_elastic.codegen.body import PYTHON, Writer
@@ -15,7 +16,7 @@ from symoro_elastic.codegen.package_context import Files, function_context, pack
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.target import Target, words
-from symoro_elastic.codegen.templates import Literal, in_brackets, render
+from symoro_elastic.codegen.templates import LINE, Literal, in_brackets, render
 from symoro_elastic.quantities import QUANTITIES
 
 KEYWORDS = words(
@@ -74,7 +75,10 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
     arguments = [a.name for a in function.arguments]
     parameters = [p.symbol for p in package.parameters]
     prepare, body = _bodies(function, parameters, package.joint_names)
-    return function_context(function) | {
+    about = function_context(function)
+    return about | {
+        "documented": [*about["documented"], *_guaranteed(function)],
+        "in_box": _in_box(package, function),
         "module": f"_{function.name}",
         "signature": ", ".join([*arguments, "p=DEFAULTS"]),
         "call": ", ".join([*arguments, "p=p"]),
@@ -87,6 +91,26 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
         "prepare_body": "\n".join(prepare),
         "body": "\n".join(body),
     }
+
+
+def _guaranteed(function: Function) -> Iterator[str]:
+    """Lines on what holds in the box of a function."""
+    for sentence in function.guaranteed.said(DOUBLE.name) if function.guaranteed else ():
+        yield from textwrap.wrap(sentence, LINE, subsequent_indent="  ")
+
+
+def _in_box(package: Package, function: Function) -> list[dict[str, Any]]:
+    """The arguments that have ranges, with the ends of these; none where nothing is guaranteed."""
+    if function.guaranteed is None:
+        return []
+    sizes = package.inputs(function)
+    ends = {name: function.guaranteed.ends(name, sizes[name]) for name in function.guaranteed.arguments}
+    return [{"name": name, "low": _numbers(low), "high": _numbers(high)} for name, (low, high) in ends.items()]
+
+
+def _numbers(numbers: Iterable[float]) -> str:
+    """Source of a tuple of numbers."""
+    return _tuple(f"{'-' if x < 0 else ''}np.inf" if math.isinf(x) else repr(x) for x in numbers)
 
 
 def _bodies(function: Function, parameters: list[str], joints: tuple[str, ...]) -> tuple[list[str], list[str]]:

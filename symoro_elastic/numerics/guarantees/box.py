@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.machine.limits import Limits, Range
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.numerics.guarantees.intervals import Interval
@@ -65,15 +65,14 @@ class Box:
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
     def states(self, count: int, rng: np.random.Generator) -> dict[str, Array]:
-        """Values of all variables at random states: even ones in the middle, half of the others at corners.
+        """Values of all variables at random states, evenly; in half of them all but positions are at ends of ranges.
 
-        Positions are drawn evenly. In every other state all other variables are at ends of their ranges, where errors
-        that are linear in them are largest.
+        Errors that are linear in velocities, accelerations and torques are largest there.
         """
-        corner = rng.random(count) < AT_CORNERS
+        corner: AnyArray = rng.random(count) < AT_CORNERS
         return {name: self._drawn(name, count, corner, rng) for name in self.ranges}
 
-    def _drawn(self, name: str, count: int, corner: Array, rng: np.random.Generator) -> Array:
+    def _drawn(self, name: str, count: int, corner: AnyArray, rng: np.random.Generator) -> Array:
         found = self.ranges[name]
         inside = rng.uniform(found.low, found.high, count)
         if name in self.positions:
@@ -107,7 +106,7 @@ def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iter
                 ranges[name] = _range(machine, limits, joint, LIMITED[argument.name])
                 positions |= {name} if LIMITED[argument.name] == POSITION else set()
     parameters = [each.name for each in machine.parameters if not needed or each.name in needed]
-    return Box(ranges | parameter_box(machine, limits, parameters).ranges, frozenset(positions))
+    return Box({**ranges, **parameter_box(machine, limits, parameters).ranges}, frozenset(positions))
 
 
 def parameter_box(machine: Machine, limits: Limits, names: Iterable[str] | None = None) -> Box:

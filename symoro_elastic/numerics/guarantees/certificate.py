@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from itertools import zip_longest
 from typing import TypeAlias
 
 import numpy as np
@@ -49,9 +48,9 @@ class Guarantee(StrEnum):
 class EntryBound:
     """Of one entry of a result: its range in exact arithmetic, and the error of its computed value.
 
-    `name` is that of the result, `entry` what the entry belongs to. `low`, `high` and `error` are proven; infinite where
-    nothing is. `likely` bounds the error at `UNSEEN` states drawn as `Box.states` draws them, with a probability of
-    `CONFIDENCE`: at each of the drawn states the error is proven, and the tail beyond them is estimated.
+    `name` is that of the result, `entry` what the entry belongs to. `low`, `high` and `error` are proven; infinite
+    where nothing is. `likely` bounds the error at `UNSEEN` states drawn as `Box.states` draws them, with a probability
+    of `CONFIDENCE`: at each of the drawn states the error is proven, and the tail beyond them is estimated.
     """
 
     name: str
@@ -152,11 +151,17 @@ class Subject:
         running = np.array([np.broadcast_to(bounds.error_of(x), bounds.shape) for x in self.results])
         if not adjoints or not len(running):
             return running
-        return np.minimum(running, errors_by_adjoints(self.nodes, self.results, bounds))
+        by_adjoints: Array = errors_by_adjoints(self.nodes, self.results, bounds)
+        smaller: Array = np.minimum(running, by_adjoints)
+        return smaller
 
 
 def certify(
-    subject: Subject, machine: str, most_sub_boxes: int = MOST_SUB_BOXES, seed: int = 0, progress: Progress = no_progress
+    subject: Subject,
+    machine: str,
+    most_sub_boxes: int = MOST_SUB_BOXES,
+    seed: int = 0,
+    progress: Progress = no_progress,
 ) -> Certificate:
     """What a function guarantees over its box, which is cut into at most so many sub-boxes."""
     parts = _cut(subject, most_sub_boxes, progress)
@@ -218,7 +223,7 @@ def _labels(function: Function) -> Iterator[tuple[str, str]]:
     for result in function.results:
         for index in np.ndindex(*result.shape):
             axes = (result.rows, result.columns or result.rows) if len(index) > 1 else (result.rows or result.columns,)
-            words = [axis[k] if k < len(axis) else str(k + 1) for axis, k in zip_longest(axes, index, fillvalue=())]
+            words = [axis[k] if k < len(axis) else str(k + 1) for axis, k in zip((*axes, ()), index, strict=False)]
             yield result.name, ", ".join(words)
 
 

@@ -9,7 +9,7 @@ with zero, an overflow, a NaN) has infinite ends, and so has all that is compute
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, TypeAlias, final
 
 import numpy as np
@@ -69,6 +69,10 @@ class Interval:
 
     def __rtruediv__(self, other: int) -> Interval:
         return interval(other) / self
+
+    def __iter__(self) -> Iterator[Array]:
+        """Lower, then upper ends."""
+        return iter((self.low, self.high))
 
     def square(self) -> Interval:
         """x x of one x: never negative."""

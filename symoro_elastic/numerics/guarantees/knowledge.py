@@ -61,8 +61,9 @@ class PivotKnowledge:
         count = max((len(np.atleast_1d(x.low)) for x in parts.values()), default=1)
         bounds = running_errors(program.nodes, parts, ROUNDINGS["double"])
         entries = [bounds.range_of(x) for x in program.outputs[0].entries]
-        ends = ([np.broadcast_to(each, count) for each in end] for end in zip(*((x.low, x.high) for x in entries), strict=True))
-        return Interval(*(np.array(end).reshape(self._size, self._size, count) for end in ends))
+        low, high = ([np.broadcast_to(end, count) for end in ends] for ends in zip(*entries, strict=True))
+        shape = (self._size, self._size, count)
+        return Interval(np.array(low).reshape(shape), np.array(high).reshape(shape))
 
 
 def _inertia_matrix(asked: Traced) -> Program:

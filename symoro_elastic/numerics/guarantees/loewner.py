@@ -5,12 +5,12 @@ D = diag(sum_k R_ik s_k / s_i),
 
     M - D <= A <= M + D
 
-in the sense of Loewner: x'(A - M)x <= sum R_ik |x_i||x_k| <= sum D_ii x_i^2, by |x_i||x_k| <= (x_i^2 s_k/s_i + x_k^2 s_i/s_k)/2.
-Schur complements are monotone in this sense, so H_j is between those of M - D and of M + D where M - D is positive
-definite. The scales s_i = M_ii^(-1/2) make D small.
+in the sense of Loewner, for x'(A - M)x <= sum R_ik |x_i||x_k| <= sum D_ii x_i^2 by the inequality of means,
+|x_i||x_k| <= (x_i^2 s_k/s_i + x_k^2 s_i/s_k)/2. Schur complements are monotone in this sense, so H_j is between those
+of M - D and of M + D where M - D is positive definite. The scales s_i = M_ii^(-1/2) make D small.
 
-The lower bound h is proven: M - D - h e_j e_j' is positive definite, as its Cholesky decomposition shows with a margin for
-rounding (S. Rump, Verification of positive definiteness, BIT 46, 2006). The upper one is x'(M + D)x of some x with
+The lower bound h is proven: M - D - h e_j e_j' is positive definite, as its Cholesky decomposition shows with a margin
+for rounding (S. Rump, Verification of positive definiteness, BIT 46, 2006). The upper one is x'(M + D)x of some x with
 x_j = 1, of which the Schur complement is the least.
 """
 

@@ -5,8 +5,8 @@ point xi of it,
 
     f(e) - f(0) = sum a_i(xi) e_i,        a_i = d(result)/d(z_i)
 
-The adjoints a_i(xi) are sums of products of partial derivatives at perturbed values of nodes, which are at most E_i from
-the exact ones (lemma 1). Over the intervals [z_i - E_i, z_i + E_i] their enclosures hold them, so that
+The adjoints a_i(xi) are sums of products of partial derivatives at perturbed values of nodes, which are at most E_i
+from the exact ones (lemma 1). Over the intervals [z_i - E_i, z_i + E_i] their enclosures hold them, so that
 
     |f(e) - f(0)| <= sum sup|a_i| |e_i|
 
@@ -46,7 +46,10 @@ def errors_by_adjoints(nodes: Sequence[Expression], results: Sequence[Operand], 
 
 
 def sweep(
-    nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, perturbed: Callable[[Interval, Array], None]
+    nodes: Sequence[Expression],
+    results: Sequence[Operand],
+    bounds: Bounds,
+    perturbed: Callable[[Interval, Array], None],
 ) -> None:
     """Call `perturbed` with the adjoint of each perturbation, over perturbed values, and with its size.
 

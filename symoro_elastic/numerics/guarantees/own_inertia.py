@@ -5,7 +5,7 @@ solved for. With the inertia J_j of body j about the origin of its frame, e_j th
 
     H_j >= Ia_j + e_j' J_j e_j
 
-Proof: what joint c hands on, K_c - K_c e e' K_c / H_c, is positive semidefinite where K_c is, for H_c >= e' K_c e; and so
+Proof: what joint c hands on, K_c - K_c e e' K_c / H_c, is positive semidefinite where K_c is, for H_c >= e' K_c e; so
 K_j >= J_j by induction from the tips. It needs bodies that can exist: no mass and no central inertia below zero. Where
 joints are coupled, H_j >= Ia_j is left: the rotors of independent joints add a diagonal matrix to one that is positive
 semidefinite.
@@ -33,7 +33,6 @@ from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval, in
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Expression
 
-LEAST_MASS = 0
 RATIONALS: Arithmetic[Fraction] = Arithmetic(Fraction, RATIONAL)
 
 
@@ -78,7 +77,7 @@ def _can_exist(mechanism: Mechanism, box: Mapping[str, Interval]) -> bool:
 
 
 def _is_possible(body: RigidInertia, box: Mapping[str, Interval]) -> bool:
-    """Whether m >= 0, and the central tensor has no negative principal minor; False where they are not exact numbers."""
+    """Whether m >= 0, and the central tensor has no negative principal minor; False where they are no exact numbers."""
     entries = (body.mass, *body.moments, *body.inertia)
     exact = {name: Fraction(float(x.low.flat[0])) for name, x in box.items() if np.all(x.low == x.high)}
     try:
@@ -109,4 +108,5 @@ def _determinant(matrix: list[list[Fraction]]) -> Fraction:
         return matrix[0][0]
     first, *rest = matrix
     minors = ([row[:k] + row[k + 1 :] for row in rest] for k in range(len(first)))
-    return sum(((-1) ** k * x * _determinant(minor) for k, (x, minor) in enumerate(zip(first, minors, strict=True))), Fraction(0))
+    signed = ((-1) ** k * x for k, x in enumerate(first))
+    return sum((x * _determinant(minor) for x, minor in zip(signed, minors, strict=True)), Fraction(0))

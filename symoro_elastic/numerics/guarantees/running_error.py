@@ -143,7 +143,8 @@ def _range(node: Expression, bounds: Bounds, box: Mapping[str, Interval]) -> Int
         return box[node.operands[0]]
     if node.level == Level.CONSTANT:
         return constant_interval(node)
-    return INTERVALS.operations[node.operation](*map(bounds.range_of, node.operands))
+    found: Interval = INTERVALS.operations[node.operation](*map(bounds.range_of, node.operands))
+    return found
 
 
 def constant_interval(node: Expression) -> Interval:
@@ -192,8 +193,7 @@ def _by_power_of_two(node: Expression) -> bool:
     x = node.operands[1]
     if type(x) is Expression:
         return False
-    numerator, denominator = abs(x).as_integer_ratio()
-    return numerator & (numerator - 1) == 0 and denominator & (denominator - 1) == 0
+    return all(part & (part - 1) == 0 for part in map(int, abs(x).as_integer_ratio()))
 
 
 def _roundoff(magnitude: Array, rounding: Rounding) -> Array:

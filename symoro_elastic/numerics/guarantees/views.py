@@ -3,22 +3,52 @@
 from __future__ import annotations
 
 import math
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from typing import Any
 
-from symoro_elastic.foundation.results import Field, Part, columns_of, declare, fields_of, json_of, parts_of, plain, table_of
+from symoro_elastic.foundation.results import (
+    Field,
+    Part,
+    columns_of,
+    declare,
+    fields_of,
+    json_of,
+    parts_of,
+    plain,
+    table_of,
+)
 from symoro_elastic.machine.limits import Range
-from symoro_elastic.numerics.guarantees.certificate import UNSEEN, Certificate, EntryBound, Guarantee, PivotBound
+from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Guarantee, PivotBound
 from symoro_elastic.numerics.guarantees.certificates import Certificates
 from symoro_elastic.numerics.quantile_bound import CONFIDENCE
 
 
-def bounded(x: float, form: str = ".2g") -> str:
-    """A bound as text."""
-    return format(x, form) if math.isfinite(x) else Guarantee.NONE
+def at_most(x: float, digits: int = 2) -> str:
+    """An upper bound as text, rounded upwards."""
+    return _rounded(x, digits, ROUND_CEILING)
 
 
-def _range(entry: EntryBound) -> str:
-    return f"{bounded(entry.low, '.4g')} to {bounded(entry.high, '.4g')}" if math.isfinite(entry.high) else Guarantee.NONE
+def at_least(x: float, digits: int = 2) -> str:
+    """A lower bound as text, rounded downwards."""
+    return _rounded(x, digits, ROUND_FLOOR)
+
+
+def _rounded(x: float, digits: int, way: str) -> str:
+    if not math.isfinite(x):
+        return Guarantee.NONE
+    return format(float(Context(prec=digits, rounding=way).create_decimal(Decimal(x))), f".{digits}g")
+
+
+def range_text(entry: EntryBound) -> str:
+    """The range of an entry as text, its ends rounded outwards."""
+    if not math.isfinite(entry.magnitude):
+        return Guarantee.NONE
+    return f"{at_least(entry.low, 4)} to {at_most(entry.high, 4)}"
+
+
+def error_text(error: float) -> str:
+    """The bound of an error as text."""
+    return at_most(error) if error else "exact"
 
 
 declare(
@@ -27,10 +57,10 @@ declare(
     Field("entry", head="of", column="of"),
     Field("low", column="low"),
     Field("high", column="high"),
-    Field("range", head="range, proven", text=_range, json=False, value=_range),
-    Field("error", head="error, proven", text=lambda one: bounded(one.error), column="error"),
-    Field("likely", head=f"error, {CONFIDENCE:.0%} at {UNSEEN:,} states".replace(",", " "),
-          text=lambda one: bounded(one.likely), column="likely error"),
+    Field("range", head="range, proven", text=range_text, json=False, value=range_text),
+    Field("error", head="error, proven", text=lambda one: error_text(one.error), column="error"),
+    Field("likely", head=f"error, {CONFIDENCE:.0%} of draws",
+          text=lambda one: error_text(one.likely), column="likely error"),
     Field("guarantee", column="guarantee"),
 )  # fmt: skip
 declare(PivotBound, Field("name"), Field("least"))
@@ -44,7 +74,7 @@ def divisors(one: Certificate) -> str:
         return "it divides by nothing that moves"
     if not least.least > 0:
         return f"not bounded: {least.name} may be zero in the box"
-    return f"no divisor is zero: the least is {least.name}, at least {least.least:.3g}"
+    return f"no divisor is zero: the least is {least.name}, at least {at_least(least.least, 3)}"
 
 
 def overflow(one: Certificate) -> str:

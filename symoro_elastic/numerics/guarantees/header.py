@@ -1,0 +1,62 @@
+"""What the text of a generated function says of its certificates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from symoro_elastic.codegen.guaranteed import EntryRange, Guaranteed
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Guarantee
+from symoro_elastic.numerics.guarantees.certificates import Certificates
+from symoro_elastic.numerics.guarantees.views import at_most, divisors, overflow, range_text
+
+RESTS_ON = (
+    "Proven for IEEE arithmetic rounded to nearest, contracted or not, and for sines and cosines within 1.5 units in "
+    "the last place; not with -ffast-math. Outside of the box nothing is claimed."
+)
+
+
+def with_guarantees(package: Package, certificates: Certificates) -> Package:
+    """The package whose functions say what is guaranteed of them."""
+    functions = [
+        replace(function, guaranteed=_guaranteed(package, function, found))
+        if (found := certificates.of(function.name))
+        else function
+        for function in package.functions
+    ]
+    return replace(package, functions=tuple(functions))
+
+
+def _guaranteed(package: Package, function: Function, certificates: Sequence[Certificate]) -> Guaranteed:
+    box = certificates[0].box
+    entries = [(a.name, k, name) for a in function.program.inputs for k, name in enumerate(a.symbols)]
+    entries += [("p", k, parameter.name) for k, parameter in enumerate(package.parameters)]
+    ranges = [
+        EntryRange(argument, k, box.ranges[name].low, box.ranges[name].high)
+        for argument, k, name in entries
+        if name in box.ranges
+    ]
+    return Guaranteed(tuple(ranges), {one.precision: tuple(_sentences(one)) for one in certificates})
+
+
+def _sentences(one: Certificate) -> Iterator[str]:
+    """Box, bounds of each entry, divisors, range of numbers, and what the proof rests on."""
+    yield f"Guarantees in box {one.box.digest}, {one.precision} precision, SI units; *_in_box tells what is in it:"
+    for name in one.box.open:
+        yield f"  {name}: {one.box.ranges[name].low!r} to {one.box.ranges[name].high!r}"
+    for entry in one.entries:
+        yield f"{entry.name}[{entry.entry}]: {_bounds(entry)}"
+    said = f"{divisors(one)}; {overflow(one)}."
+    yield said[0].upper() + said[1:]
+    yield RESTS_ON
+
+
+def _bounds(entry: EntryBound) -> str:
+    """Range and error of an entry, with what stands behind each."""
+    if entry.guarantee is Guarantee.PROVEN:
+        error = f"error at most {at_most(entry.error)}" if entry.error else "exact"
+        return f"{range_text(entry)}, {error}, {Guarantee.PROVEN}"
+    if entry.guarantee is Guarantee.CONFIDENT:
+        return f"{Guarantee.NONE}; error at most {at_most(entry.likely)} {Guarantee.CONFIDENT}"
+    return Guarantee.NONE
