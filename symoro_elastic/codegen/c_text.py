@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import itertools
 import re
-import textwrap
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.codegen.c_function import SINCOS, Array, CFunction, PartText
 from symoro_elastic.codegen.c_lines import INDENT, comment, statement, with_arguments
-from symoro_elastic.codegen.guaranteed import conditions
+from symoro_elastic.codegen.guaranteed import Guaranteed, conditions
 from symoro_elastic.codegen.outlined import NUMBERS, SPILL, Call, Outline, Outlined, Pointer
 from symoro_elastic.codegen.package_context import function_context
-from symoro_elastic.codegen.templates import LINE
 from symoro_elastic.symbolic.program import Section, by_section
 
 LONGEST_NAME = 24
@@ -55,34 +53,25 @@ def function_text(function: CFunction) -> FunctionText:
     """Return the text of a model for one state."""
     about = function_context(function.function)
     main = head(function.name, function.signature, function.form.states)
+    guaranteed = function.function.guaranteed.get(function.precision.name)
     in_two_steps = (Routine(main, _in_two_steps(function)),) if function.c else ()
     return FunctionText(
         name=function.name,
         title=f"{about['title']} {about['equations']}.",
         counts=about["counts"] + _stack(function),
-        documented=(*about["documented"], *_guaranteed(function)),
+        documented=(*about["documented"], *(guaranteed.lines if guaranteed else ())),
         prototype=main,
         constants=function.c[0].size if function.c else "",
         constant_count=len(function.constants),
         prepare=head(f"{function.name}_prepare", of_preparing(function)),
         prepared=head(f"{function.name}_prepared", function.arrays, function.form.states),
-        in_box=in_box(function),
+        in_box=in_box(function, guaranteed) if guaranteed else None,
         routines=(*preparing(function), *working(function, _working_name(function)), *in_two_steps),
     )
 
 
-def _guaranteed(function: CFunction) -> Iterator[str]:
-    """Lines on what holds in the box of a function."""
-    guaranteed = function.function.guaranteed
-    for sentence in guaranteed.said(function.precision.name) if guaranteed else ():
-        yield from textwrap.wrap(sentence, LINE, subsequent_indent="  ")
-
-
-def in_box(function: CFunction) -> Routine | None:
-    """The function that tells whether arguments are in the box; none where nothing is guaranteed."""
-    guaranteed = function.function.guaranteed
-    if guaranteed is None or not guaranteed.said(function.precision.name):
-        return None
+def in_box(function: CFunction, guaranteed: Guaranteed) -> Routine:
+    """The function that tells whether arguments are in the box."""
     arrays = [*function.inputs, function.p]
     unused = [f"{INDENT}(void){array.name};" for array in arrays if array.name not in guaranteed.arguments]
     cast = "" if function.precision.state == "double" else "(double)"

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from symoro_elastic.codegen.templates import LINE
 
 
 @dataclass(frozen=True)
@@ -19,14 +22,15 @@ class EntryRange:
 
 @dataclass(frozen=True)
 class Guaranteed:
-    """The box of a function, and what holds there: sentences by the name of the precision."""
+    """The box of a function in one precision, and what holds there in sentences."""
 
     ranges: tuple[EntryRange, ...]
-    sentences: Mapping[str, tuple[str, ...]]
+    sentences: tuple[str, ...]
 
-    def said(self, precision: str) -> tuple[str, ...]:
-        """The sentences on a precision; none where nothing was certified."""
-        return self.sentences.get(precision, ())
+    @property
+    def lines(self) -> list[str]:
+        """The sentences in lines of a comment."""
+        return [line for text in self.sentences for line in textwrap.wrap(text, LINE, subsequent_indent="  ")]
 
     def ends(self, argument: str, size: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Lower and upper ends of all entries of an argument; infinite where an entry does not count."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from symoro_elastic.codegen.guaranteed import Guaranteed
 from symoro_elastic.quantities import ON_BASE, Quantity
@@ -88,7 +89,7 @@ class Function:
     """A generated function; `constants` are named numbers that its statements may hold.
 
     `divides` tells that it divides by inertias, which may be zero somewhere; it needs `least_bits` of precision.
-    `guaranteed` is what holds where its arguments are in a box, if that was asked for.
+    `guaranteed` is, by precision, what holds where its arguments are in a box, if that was asked for.
     """
 
     name: str
@@ -100,7 +101,7 @@ class Function:
     divides: bool = False
     least_bits: int = 0
     constants: tuple[Constant, ...] = ()
-    guaranteed: Guaranteed | None = None
+    guaranteed: Mapping[str, Guaranteed] = field(default_factory=dict)
 
     @property
     def columns(self) -> tuple[str, ...]:

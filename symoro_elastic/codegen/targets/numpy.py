@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-import textwrap
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from symoro_elastic.codegen.body import PYTHON, Writer
+from symoro_elastic.codegen.guaranteed import Guaranteed
 from symoro_elastic.codegen.local_names import with_local_names
 from symoro_elastic.codegen.numpy_steps import numpy_methods
 from symoro_elastic.codegen.package import Function, Package
@@ -16,7 +16,7 @@ from symoro_elastic.codegen.package_context import Files, function_context, pack
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.target import Target, words
-from symoro_elastic.codegen.templates import LINE, Literal, in_brackets, render
+from symoro_elastic.codegen.templates import Literal, in_brackets, render
 from symoro_elastic.quantities import QUANTITIES
 
 KEYWORDS = words(
@@ -75,10 +75,10 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
     arguments = [a.name for a in function.arguments]
     parameters = [p.symbol for p in package.parameters]
     prepare, body = _bodies(function, parameters, package.joint_names)
-    about = function_context(function)
+    about, guaranteed = function_context(function), function.guaranteed.get(DOUBLE.name)
     return about | {
-        "documented": [*about["documented"], *_guaranteed(function)],
-        "in_box": _in_box(package, function),
+        "documented": [*about["documented"], *(guaranteed.lines if guaranteed else ())],
+        "in_box": _in_box(package.inputs(function), guaranteed) if guaranteed else [],
         "module": f"_{function.name}",
         "signature": ", ".join([*arguments, "p=DEFAULTS"]),
         "call": ", ".join([*arguments, "p=p"]),
@@ -93,18 +93,9 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
     }
 
 
-def _guaranteed(function: Function) -> Iterator[str]:
-    """Lines on what holds in the box of a function."""
-    for sentence in function.guaranteed.said(DOUBLE.name) if function.guaranteed else ():
-        yield from textwrap.wrap(sentence, LINE, subsequent_indent="  ")
-
-
-def _in_box(package: Package, function: Function) -> list[dict[str, Any]]:
-    """The arguments that have ranges, with the ends of these; none where nothing is guaranteed."""
-    if function.guaranteed is None:
-        return []
-    sizes = package.inputs(function)
-    ends = {name: function.guaranteed.ends(name, sizes[name]) for name in function.guaranteed.arguments}
+def _in_box(sizes: Mapping[str, int], guaranteed: Guaranteed) -> list[dict[str, Any]]:
+    """The arguments that have ranges, with the ends of these."""
+    ends = {name: guaranteed.ends(name, sizes[name]) for name in guaranteed.arguments}
     return [{"name": name, "low": _numbers(low), "high": _numbers(high)} for name, (low, high) in ends.items()]
 
 

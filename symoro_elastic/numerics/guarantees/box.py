@@ -58,6 +58,11 @@ class Box:
         """Names of the variables that are not points."""
         return tuple(name for name, found in self.ranges.items() if found.low < found.high)
 
+    def rounded(self, dtype: type) -> Box:
+        """The box whose points are numbers of an array: a parameter has the value that the array holds."""
+        points = {name: float(dtype(x.low)) for name, x in self.ranges.items() if x.low == x.high}
+        return Box({**self.ranges, **{name: Range(x, x) for name, x in points.items()}}, self.positions)
+
     @property
     def digest(self) -> str:
         """Twelve characters that tell boxes apart."""
@@ -87,6 +92,15 @@ def halved(parts: Mapping[str, Interval], name: str) -> dict[str, Interval]:
     halves = {each: Interval(np.tile(x.low, 2), np.tile(x.high, 2)) for each, x in parts.items()}
     halves[name] = Interval(np.concatenate([cut.low, middle]), np.concatenate([middle, cut.high]))
     return halves
+
+
+def side_by_side(boxes: Sequence[Mapping[str, Interval]]) -> dict[str, Interval]:
+    """The sub-boxes of several boxes in one row, to be looked at together."""
+    joined = {name: [box[name] for box in boxes] for name in boxes[0]}
+    return {
+        name: Interval(np.concatenate([x.low for x in parts]), np.concatenate([x.high for x in parts]))
+        for name, parts in joined.items()
+    }
 
 
 def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iterable[str] = ()) -> Box:

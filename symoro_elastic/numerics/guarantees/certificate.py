@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -17,7 +17,7 @@ from symoro_elastic.codegen.package import Function
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
-from symoro_elastic.numerics.guarantees.box import Box, halved, points
+from symoro_elastic.numerics.guarantees.box import Box, halved, points, side_by_side
 from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
 from symoro_elastic.numerics.guarantees.running_error import Bounds, Known, Rounding, running_errors
@@ -191,22 +191,24 @@ def _cut(subject: Subject, most: int, progress: Progress) -> Mapping[str, Interv
     parts = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used).whole
     names = [name for name in parts if name in subject.box.positions and name in subject.box.open]
     steps = int(math.log2(most)) if names else 0
-    before = _size(subject, parts)
+    (before,) = _sizes(subject, [parts])
     for step in range(steps):
-        tried = {name: _size(subject, halved(parts, name)) for name in names}
+        tried = [halved(parts, name) for name in names]
+        sizes = _sizes(subject, tried)
         progress(step + 1, steps)
-        best = min(tried, key=tried.__getitem__)
-        if not tried[best] < before - LEAST_GAIN:
+        best = min(range(len(tried)), key=sizes.__getitem__)
+        if not sizes[best] < before - LEAST_GAIN:
             break
-        parts, before = halved(parts, best), tried[best]
+        parts, before = tried[best], sizes[best]
     return parts
 
 
-def _size(subject: Subject, parts: Mapping[str, Interval]) -> float:
-    """The mean logarithm of errors, those without bound being `UNBOUNDED`; of divisors that may be zero, how many."""
-    errors = np.max(subject.errors(subject.bounds(parts), adjoints=False), axis=1)
-    positive = errors[errors > 0]
-    return float(np.log(np.where(np.isfinite(positive), positive, UNBOUNDED)).mean()) if len(positive) else 0.0
+def _sizes(subject: Subject, tried: Sequence[Mapping[str, Interval]]) -> list[float]:
+    """The mean logarithm of the errors of each of some boxes in as many parts; `UNBOUNDED` stands for no bound."""
+    bounds = subject.bounds(side_by_side(tried))
+    by_box = subject.errors(bounds, adjoints=False).reshape(len(subject.results), len(tried), -1).max(axis=2)
+    logs = np.log(np.where(np.isfinite(by_box), by_box, UNBOUNDED), where=by_box > 0, out=np.zeros_like(by_box))
+    return [float(each) for each in logs.mean(axis=0)]
 
 
 def _likely(subject: Subject, rng: np.random.Generator) -> list[float]:
@@ -214,7 +216,7 @@ def _likely(subject: Subject, rng: np.random.Generator) -> list[float]:
     used = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used)
     if not used.ranges:
         return [0.0] * len(subject.results)
-    errors = subject.errors(subject.bounds(points(used.states(DRAWN, rng))))
+    errors = subject.errors(subject.bounds(points(used.states(DRAWN, rng))), adjoints=False)
     return [bound_of_more(row, UNSEEN) if np.any(row) else 0.0 for row in errors]
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.traced import Traced
-from symoro_elastic.numerics.guarantees.box import Box, box_of, parameter_box
+from symoro_elastic.numerics.guarantees.box import box_of, parameter_box
 from symoro_elastic.numerics.guarantees.certificate import MOST_SUB_BOXES, Certificate, Subject, certify
 from symoro_elastic.numerics.guarantees.knowledge import PivotKnowledge
 from symoro_elastic.numerics.guarantees.running_error import Rounding
@@ -62,13 +64,8 @@ def certify_models(
 def _certificate(
     asked: Traced, physical: Machine, limits: Limits, function: Function, rounding: Rounding, effort: Effort
 ) -> Certificate:
-    box = box_of(asked.machine, limits, function.program.inputs, function.program.used)
+    arrays = TYPES[PRECISIONS[rounding.name].state]
+    box = box_of(asked.machine, limits, function.program.inputs, function.program.used).rounded(arrays)
     knowledge = PivotKnowledge(asked, physical, parameter_box(physical, limits), function)
     subject = Subject(function, box, rounding, knowledge)
     return certify(subject, asked.whole.name, effort.most_sub_boxes, effort.seed, effort.progress)
-
-
-def whole_box(certificates: Sequence[Certificate]) -> Box:
-    """The box of all variables of some certificates."""
-    ranges = {name: found for one in certificates for name, found in one.box.ranges.items()}
-    return Box(ranges, frozenset().union(*(one.box.positions for one in certificates)))

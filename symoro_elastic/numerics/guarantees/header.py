@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 
 from symoro_elastic.codegen.guaranteed import EntryRange, Guaranteed
@@ -20,24 +20,23 @@ RESTS_ON = (
 def with_guarantees(package: Package, certificates: Certificates) -> Package:
     """The package whose functions say what is guaranteed of them."""
     functions = [
-        replace(function, guaranteed=_guaranteed(package, function, found))
-        if (found := certificates.of(function.name))
-        else function
+        replace(
+            function,
+            guaranteed={one.precision: _guaranteed(package, function, one) for one in certificates.of(function.name)},
+        )
         for function in package.functions
     ]
     return replace(package, functions=tuple(functions))
 
 
-def _guaranteed(package: Package, function: Function, certificates: Sequence[Certificate]) -> Guaranteed:
-    box = certificates[0].box
+def _guaranteed(package: Package, function: Function, one: Certificate) -> Guaranteed:
+    ranges = one.box.ranges
     entries = [(a.name, k, name) for a in function.program.inputs for k, name in enumerate(a.symbols)]
     entries += [("p", k, parameter.name) for k, parameter in enumerate(package.parameters)]
-    ranges = [
-        EntryRange(argument, k, box.ranges[name].low, box.ranges[name].high)
-        for argument, k, name in entries
-        if name in box.ranges
-    ]
-    return Guaranteed(tuple(ranges), {one.precision: tuple(_sentences(one)) for one in certificates})
+    limited = [(argument, k, ranges[name]) for argument, k, name in entries if name in ranges]
+    return Guaranteed(
+        tuple(EntryRange(argument, k, found.low, found.high) for argument, k, found in limited), tuple(_sentences(one))
+    )
 
 
 def _sentences(one: Certificate) -> Iterator[str]:

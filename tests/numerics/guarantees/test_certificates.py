@@ -1,0 +1,213 @@
+"""Certificates are attacked: random states, corners and climbing never exceed a bound, and the bounds are near."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symoro_elastic as se
+from symoro_elastic.codegen.precision import PRECISIONS
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import certificates, prepare_machine, programs
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.limits import JointLimits, Limits
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.guarantees.certificate import Certificate, Guarantee
+from symoro_elastic.numerics.guarantees.certificates import Effort
+from symoro_elastic.numerics.guarantees.views import at_least, at_most
+from symoro_elastic.symbolic.arithmetic import evaluate
+from symoro_elastic.symbolic.expression import Expression, Operand
+from symoro_elastic.symbolic.operations import DIVIDE
+from tests.closed_chains.machines import machine as closed_machine
+from tests.command_line import refused, run
+from tests.numerics.guarantees.attack import SLACK, Attack
+from tests.numerics.guarantees.boxes import limits_of_test
+from tests.references.random_machines import chain, random_machine
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+MACHINES: dict[str, Callable[[], Machine]] = {
+    "two_axis": lambda: se.read(EXAMPLES / "two_axis.toml"),
+    "puma": lambda: se.read(EXAMPLES / "puma560_measured.toml"),
+    "sr400": lambda: closed_machine("sr400"),
+    "gantry": lambda: closed_machine("gantry"),
+    "geared": lambda: closed_machine("geared_6r"),
+    "tree": lambda: random_machine(7, joints=7),
+    "named numbers": lambda: random_machine(8, joints=5, symbolic=True),
+    "chain": lambda: chain(4, elastic=(2,), prismatic=(3,), symbolic=False),
+    "two joints": lambda: chain(2, elastic=(2,), symbolic=False),
+}
+QUICK = ("two joints",)
+NAMES = [*QUICK, *(pytest.param(name, marks=pytest.mark.thorough) for name in MACHINES if name not in QUICK)]
+HINGE = {
+    "name": "pendulum",
+    "gravity": [0, "-g", 0],
+    "joints": [{"name": "hinge", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"}],
+    "parameters": {"m": {"value": 2, "tolerance": "10 %"}, "g": 9.81},
+    "bodies": {"hinge": {"mass": "m", "center_of_mass": [0.5, 0, 0], "inertia": [0.1, 0.1, 0.1]}},
+    "limits": {"hinge": {"velocity": 1, "acceleration": 1, "torque": 1}},
+}
+
+
+def limited(machine: Machine, scale: float = 1.0) -> DescribedMachine:
+    return replace(DescribedMachine.of(machine), limits=limits_of_test(machine, scale))
+
+
+def certified(machine: Machine, model: str, precision: str = "double", sub_boxes: int = 16) -> Certificate:
+    scene = Scene(models=(model,))
+    return certificates(machine, scene, [PRECISIONS[precision]], Effort(sub_boxes)).certificates[0]
+
+
+def results_of(machine: Machine, model: str) -> list[Operand]:
+    program = programs(machine, Scene(models=(model,))).package.functions[0].program
+    return [x for output in program.outputs for x in output.entries]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_certificate_is_exceeded(name: str) -> None:
+    """Every model in double and single, in the whole and a moderate box, at drawn states and where climbing ends."""
+    whole = MACHINES[name]()
+    for scale in (1.0, 0.2):
+        machine = limited(whole, scale)
+        for model in ("inverse_dynamics", "direct_dynamics", "inertia_matrix"):
+            roots = results_of(machine, model)
+            for precision in ("double", "single"):
+                found = certified(machine, model, precision)
+                worst = Attack(roots, found.box, precision).run(3000, rounds=8)
+                for k, entry in enumerate(found.entries):
+                    assert worst.error[k] <= entry.error * (1 + SLACK[precision]), (model, precision, entry)
+                    assert entry.low <= worst.low[k] and worst.high[k] <= entry.high, (model, precision, entry)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_divisors_are_above_their_bounds(name: str) -> None:
+    machine = limited(MACHINES[name](), 0.3)
+    found = certified(machine, "direct_dynamics")
+    program = programs(machine, Scene(models=("direct_dynamics",))).package.functions[0].program
+    divisors = [x.operands[1] for x in program.nodes if x.operation == DIVIDE and isinstance(x.operands[1], Expression)]
+    states = found.box.states(2000, np.random.default_rng(1))
+    value = evaluate(divisors, states, arithmetic(np.float64))
+    least = [float(np.min(np.abs(value(x)))) for x in {x.id: x for x in divisors}.values()]
+    assert found.pivots
+    for bound, worst in zip(found.pivots, least, strict=True):
+        assert 0 < bound.least <= worst * (1 + 1e-12), bound
+
+
+@pytest.mark.thorough
+def test_the_bounds_are_near_where_joints_slide_or_bend() -> None:
+    machine = limited(MACHINES["two_axis"]())
+    for model in ("inverse_dynamics", "direct_dynamics"):
+        found = certified(machine, model, sub_boxes=64)
+        worst = Attack(results_of(machine, model), found.box, "double").run(4000, rounds=10)
+        ratios = [entry.error / most for entry, most in zip(found.entries, worst.error, strict=True) if most]
+        assert max(ratios) < 10
+
+
+def test_a_pivot_that_vanishes_is_not_bounded_and_is_named() -> None:
+    """A point mass on a wrist of two crossing axes: it moves nothing about the first where it stands on it."""
+    joints = [
+        {"name": "a", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"},
+        {"name": "b", "antecedent": "a", "kind": "motor", "sigma": 0, "theta": "q2", "alpha": "pi/2"},
+    ]
+    tables = {"name": "wrist", "joints": joints, "bodies": {"b": {"mass": 1, "center_of_mass": [1, 0, 0]}}}
+    far = {**tables, "limits": {name: {"velocity": 1, "torque": 1} for name in "ab"}}
+    (certificate,) = se.certify(far, "direct_dynamics").certificates
+    assert certificate.guarantee is not Guarantee.PROVEN
+    assert any(pivot.least == 0 for pivot in certificate.pivots)
+    near = {**tables, "limits": {name: {"position": 0.3, "velocity": 1, "torque": 1} for name in "ab"}}
+    assert se.certify(near, "direct_dynamics").certificates[0].guarantee is Guarantee.PROVEN
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_likely_error_holds_at_unseen_states(seed: int) -> None:
+    machine = limited(random_machine(seed, joints=4, kinds=("motor",)))
+    found = certified(machine, "direct_dynamics", "single")
+    attack = Attack(results_of(machine, "direct_dynamics"), found.box, "single")
+    errors, _ = attack.errors(found.box.rounded(np.float32).states(200_000, np.random.default_rng(99)))
+    assert all(worst <= entry.likely for entry, worst in zip(found.entries, errors.max(axis=1), strict=True))
+
+
+def test_grouped_parameters_keep_the_pivots() -> None:
+    """Base parameters are not those of bodies: lemma 5 looks at the machine before."""
+    grouped = prepare_machine(limited(MACHINES["puma"]()), lambda line: None, base=True)
+    found = certified(grouped, "direct_dynamics", sub_boxes=1)
+    assert found.guarantee is Guarantee.PROVEN
+    assert {pivot.name for pivot in found.pivots} >= {"H1", "H2", "H3"}
+
+
+def test_ranges_of_parameters_are_part_of_the_box() -> None:
+    found = se.certify(HINGE, "inertia_matrix", "inverse_dynamics")
+    (entry,) = found.of("inertia_matrix")[0].entries
+    assert (entry.low, entry.high) == pytest.approx((0.1 + 1.8 / 4, 0.1 + 2.2 / 4))
+    torque = found.of("inverse_dynamics")[0].entries[0]
+    assert torque.high == pytest.approx(0.1 + 2.2 / 4 + 2.2 * 9.81 / 2)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"limits": {}}, "limits, hinge: has no torque: give it, as in [limits] hinge = { torque = 300 }"),
+        ({"parameters": {"m": math.nan, "g": 9.81}}, "parameters, m: has no value: a box needs the values"),
+        (
+            {"base": {"floating": "rotation", "body": {"mass": 3, "inertia": [1, 1, 1]}}},
+            "has no limits: models that take it have no box",
+        ),
+    ],
+)
+def test_what_a_box_lacks_is_named(change: dict[str, object], said: str) -> None:
+    with pytest.raises(InputError) as error:
+        se.certify({**HINGE, **change}, "direct_dynamics")
+    assert said in str(error.value)
+
+
+def test_a_slide_needs_its_range() -> None:
+    limits = {"x": {"velocity": 1, "torque": 1}}
+    joints = [{"name": "x", "antecedent": 0, "kind": "motor", "sigma": 1, "r": "x"}]
+    tables = {"name": "slide", "joints": joints, "bodies": {"x": {"mass": 2}}, "springs": {}, "limits": limits}
+    assert se.certify(tables, "direct_dynamics").certificates[0].guarantee is Guarantee.PROVEN
+    joints[0]["kind"], tables["springs"] = "elastic", {"x": {"stiffness": 1e4}}
+    with pytest.raises(InputError, match="limits, x: has no position"):
+        se.certify(tables, "direct_dynamics")
+
+
+def test_printed_bounds_are_rounded_outwards() -> None:
+    assert at_most(2.44e-3) == "0.0025"
+    assert at_most(0.1) == "0.11"  # 0.1 is stored as a little more
+    assert at_least(-281.71, 4) == "-281.8"
+    assert at_least(0.20129, 3) == "0.201"
+    assert at_most(math.inf) == "not bounded"
+
+
+def test_certificates_as_data() -> None:
+    found = se.certify(HINGE, "inverse_dynamics", precisions=["double", "mixed"])
+    data = json.loads(json.dumps(found.as_json()))
+    assert [one["precision"] for one in data["certificates"]] == ["double", "mixed"]
+    assert len(found.columns()["error"]) == sum(len(one.entries) for one in found.certificates)
+    assert repr(found).startswith("<Certificates of pendulum: inverse_dynamics")
+
+
+def test_the_command(tmp_path: Path) -> None:
+    path = tmp_path / "pendulum.toml"
+    se.write(se.read(HINGE), path)
+    shown = run("check", "--box", path, "--model", "direct_dynamics").output
+    assert "error, proven" in shown and "no divisor is zero" in shown
+    for arguments, said in (
+        (["--precision", "single"], "--precision: is that of a certificate: add --box, or leave it out"),
+        (["--box", "--self"], "--box: and --self exclude each other: give one of them"),
+        (["--box", "--precision", "double-double"], "double, single, mixed"),
+    ):
+        assert said in refused("check", path, *arguments)
+
+
+def test_a_machine_without_limits_takes_none() -> None:
+    machine = replace(DescribedMachine.of(MACHINES["chain"]()), limits=Limits({"joint1": JointLimits()}))
+    with pytest.raises(InputError, match="joint3: has no position"):
+        se.certify(machine)
