@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TypeAlias
 
 import numpy as np
@@ -41,6 +42,7 @@ from symoro_elastic.symbolic.operations import (
 
 UPWARDS = 1 + 2.0**-48
 """Errors are sums and products of at most ten numbers that are not negative: this covers their own rounding."""
+NEARLY = Fraction(999, 1000)
 OF_CIRCLE, OF_ARC = 3.0, 4.0
 """Roundings of a sine or cosine (1.5 ulp), and of an arc tangent (2 ulp), in units of u ufp."""
 
@@ -159,7 +161,7 @@ def _add_error(node: Expression, bounds: Bounds, angles: Bounds, narrows: bool) 
     z, u = bounds.range[node.id], bounds.rounding.u
     if node.operation == SYMBOL or node.level == Level.CONSTANT:
         exact = node.operation == SYMBOL and not narrows
-        local = np.zeros_like(z.low) if exact else _roundoff(z.magnitude, bounds.rounding)
+        local = np.zeros_like(z.low) if exact else UPWARDS * _roundoff(z.magnitude, bounds.rounding)
         bounds.local[node.id] = bounds.error[node.id] = local
         return
     of_circle = node.operation in (SIN, COS) and type(node.operands[0]) is Expression
@@ -209,11 +211,11 @@ def ufp(magnitude: Array) -> Array:
 
 def constant_error(x: Constant, rounding: Rounding) -> Array:
     """How far a number of the text is off, which is a double or a single number."""
-    nearest = float(x) if rounding.u == U_DOUBLE else float(np.float32(float(x)))
-    if nearest == x:
-        return np.array(0.0)
-    magnitude = np.array(abs(float(x)))
-    return UPWARDS * (rounding.u * ufp(magnitude * UPWARDS) + rounding.least) + U_DOUBLE * magnitude
+    single = rounding.u != U_DOUBLE
+    off = abs(Fraction(float(np.float32(float(x))) if single else float(x)) - Fraction(x))
+    most = UPWARDS * _roundoff(np.array(abs(float(x)) * UPWARDS), rounding) + U_DOUBLE * abs(float(x))
+    tie = off > NEARLY * Fraction(float(most))  # single numbers are written as doubles: such a one may go either way
+    return most if tie else np.array(float(off) * UPWARDS)
 
 
 Passed: TypeAlias = Callable[[Interval, Sequence[Interval], Sequence[Array]], Array]

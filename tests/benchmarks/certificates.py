@@ -1,0 +1,132 @@
+"""How near certificates are, and whether any is exceeded: machines attacked at drawn states, corners, and by climbing.
+
+    python -m tests.benchmarks.certificates [--states 1000000] [--machines NAME ...] [--sub-boxes 64]
+
+Each machine has its models certified in double and single precision, in its whole box (full turns, 0.4 m, 2 rad/s,
+5 rad/s2, 50 N m; springs bent by 0.01 rad or 2 mm) and in a moderate one (a fifth of it). A row says how many results
+have a proven error, how many times it is above the worst error that was found (least, median, largest), the same of the
+95 % bound, and the time of the certificate. One bound that is exceeded ends the run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+import symoro_elastic as se
+from symoro_elastic.codegen.precision import PRECISIONS
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import certificates, programs
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.guarantees.certificate import Certificate
+from symoro_elastic.numerics.guarantees.certificates import Effort
+from symoro_elastic.numerics.values import parameter_values
+from tests.closed_chains.machines import FILES
+from tests.closed_chains.machines import machine as closed_machine
+from tests.numerics.guarantees.attack import SLACK, Attack, Worst
+from tests.numerics.guarantees.boxes import limits_of_test
+from tests.references.random_machines import chain, random_machine, two_children
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+MODELS = ("inverse_dynamics", "direct_dynamics", "inertia_matrix")
+BOXES = {"whole": 1.0, "moderate": 0.2}
+DRAWN_AT_ONCE = 20_000
+
+
+def machines() -> Iterator[tuple[str, Machine]]:
+    """Examples, machines with couplings and loops, random trees and chains."""
+    for path in sorted(EXAMPLES.glob("*.*")):
+        if path.suffix in (".toml", ".par") and "all_keys" not in path.stem:
+            machine = se.read(path)
+            if machine.floating is None and not machine.forces:
+                yield path.stem, with_values(machine)
+    yield from ((f"{name} (loops)", closed_machine(name)) for name in FILES)
+    yield from ((f"tree {seed}", random_machine(seed, joints=6)) for seed in range(8))
+    yield from ((f"arm {seed}", random_machine(seed, joints=5, kinds=("motor",), prismatic=0)) for seed in range(4))
+    yield "chain 6", chain(6, symbolic=False)
+    yield "elastic chain 6", chain(6, elastic=(2, 4, 6), symbolic=False)
+    yield "two children", two_children()
+
+
+def with_values(machine: Machine) -> Machine:
+    """The machine with a value for every parameter, drawn where the file gives none."""
+    values = parameter_values(machine)
+    parameters = tuple(replace(p, value=p.value or Formula.parse(values[p.name])) for p in machine.parameters)
+    return replace(machine, parameters=parameters)
+
+
+def attacked(machine: Machine, model: str, found: Certificate, states: int) -> Worst:
+    program = programs(machine, Scene(models=(model,))).package.functions[0].program
+    attack = Attack([x for output in program.outputs for x in output.entries], found.box, found.precision)
+    worst = attack.run(min(states, DRAWN_AT_ONCE))
+    for _ in range(states // DRAWN_AT_ONCE - 1):
+        more = attack.run(DRAWN_AT_ONCE, rounds=0)
+        worst = Worst(
+            np.maximum(worst.error, more.error), np.minimum(worst.low, more.low), np.maximum(worst.high, more.high)
+        )
+    return worst
+
+
+def exceeded(found: Certificate, worst: Worst) -> list[str]:
+    """The entries whose error or range is beyond what was proven."""
+    slack = 1 + SLACK[found.precision]
+    return [
+        f"{entry.name}[{entry.entry}]: {error:.3g} > {entry.error:.3g}, {low:.6g} to {high:.6g}"
+        for entry, error, low, high in zip(found.entries, worst.error, worst.low, worst.high, strict=True)
+        if not (error <= entry.error * slack and entry.low <= low and high <= entry.high)
+    ]
+
+
+def ratios(bounds: list[float], worst: Worst) -> str:
+    """Least, median and largest ratio of finite bounds to what was found."""
+    found = [b / e for b, e in zip(bounds, worst.error, strict=True) if e and math.isfinite(b)]
+    return f"{min(found):.2g} / {np.median(found):.2g} / {max(found):.2g}" if found else "-"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--states", type=int, default=20_000)
+    parser.add_argument("--sub-boxes", type=int, default=64)
+    parser.add_argument("--machines", nargs="*", default=[])
+    options = parser.parse_args()
+    print("machine, model, precision, box | finite | proven/found | likely/found | s")
+    for name, whole in machines():
+        if options.machines and name not in options.machines:
+            continue
+        for box, scale in BOXES.items():
+            machine = replace(DescribedMachine.of(whole), limits=limits_of_test(whole, scale))
+            for model in MODELS:
+                for precision in ("double", "single"):
+                    began = time.process_time()
+                    try:
+                        made = certificates(
+                            machine, Scene(models=(model,)), [PRECISIONS[precision]], Effort(options.sub_boxes)
+                        )
+                    except InputError as error:
+                        print(f"{name}, {model}: {error}", flush=True)
+                        continue
+                    (found,) = made.certificates
+                    took = time.process_time() - began
+                    worst = attacked(machine, model, found, options.states)
+                    if wrong := exceeded(found, worst):
+                        raise SystemExit(f"EXCEEDED: {name}, {model}, {precision}, {box}: {wrong}")
+                    finite = sum(math.isfinite(entry.error) for entry in found.entries)
+                    print(
+                        f"{name}, {model}, {precision}, {box} | {finite}/{len(found.entries)} | "
+                        f"{ratios([e.error for e in found.entries], worst)} | "
+                        f"{ratios([e.likely for e in found.entries], worst)} | {took:.1f}",
+                        flush=True,
+                    )
+
+
+if __name__ == "__main__":
+    main()
