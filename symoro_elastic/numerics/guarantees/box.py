@@ -85,24 +85,6 @@ class Box:
         return np.where(corner, rng.choice([found.low, found.high], count), inside)
 
 
-def halved(parts: Mapping[str, Interval], name: str) -> dict[str, Interval]:
-    """Twice as many sub-boxes: each cut in the middle of one variable."""
-    cut = parts[name]
-    middle = cut.low / 2 + cut.high / 2
-    halves = {each: Interval(np.tile(x.low, 2), np.tile(x.high, 2)) for each, x in parts.items()}
-    halves[name] = Interval(np.concatenate([cut.low, middle]), np.concatenate([middle, cut.high]))
-    return halves
-
-
-def side_by_side(boxes: Sequence[Mapping[str, Interval]]) -> dict[str, Interval]:
-    """The sub-boxes of several boxes in one row, to be looked at together."""
-    joined = {name: [box[name] for box in boxes] for name in boxes[0]}
-    return {
-        name: Interval(np.concatenate([x.low for x in parts]), np.concatenate([x.high for x in parts]))
-        for name, parts in joined.items()
-    }
-
-
 def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iterable[str] = ()) -> Box:
     """The box of the variables in some arguments, and of the parameters; raises `InputError` for what has no limit.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -17,10 +17,10 @@ from symoro_elastic.codegen.package import Function
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
-from symoro_elastic.numerics.guarantees.box import Box, halved, points, side_by_side
-from symoro_elastic.numerics.guarantees.intervals import Interval
+from symoro_elastic.numerics.guarantees.box import Box, points
 from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
 from symoro_elastic.numerics.guarantees.running_error import Bounds, Known, Rounding, running_errors
+from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
 from symoro_elastic.numerics.quantile_bound import CONFIDENCE, bound_of_more
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.operations import DIVIDE
@@ -30,10 +30,6 @@ DRAWN, UNSEEN = 1000, 1_000_000
 """States at which errors are proven, and unseen ones that a bound is estimated for."""
 PIVOT = re.compile(r"H\d+")
 """What the inertia that a joint moves is called, where a divisor has several names."""
-LEAST_GAIN = 0.02
-"""Of the mean logarithm of errors: cutting a box is worth as much."""
-UNBOUNDED = 1e30
-"""An error without bound, where sub-boxes are compared."""
 
 
 class Guarantee(StrEnum):
@@ -105,16 +101,16 @@ class Certificate(Result):
 
     @property
     def guarantee(self) -> Guarantee:
-        """The weakest guarantee of all entries; none where a value may be out of range."""
+        """The weakest guarantee of all entries."""
         order = list(Guarantee)
         return max((entry.guarantee for entry in self.entries), key=order.index, default=Guarantee.PROVEN)
 
 
-Knowledge: TypeAlias = Callable[[Mapping[str, Interval]], Known]
+Knowledge: TypeAlias = Callable[[Parts], Known]
 """From sub-boxes to what is known of nodes there."""
 
 
-def nothing_known(parts: Mapping[str, Interval]) -> Known:
+def nothing_known(parts: Parts) -> Known:
     """Nothing but what intervals say."""
     return {}
 
@@ -142,7 +138,7 @@ class Subject:
     def _angles(self) -> frozenset[int]:
         return frozenset(node.id for node in reachable(angles_of(self.function.program)))
 
-    def bounds(self, parts: Mapping[str, Interval]) -> Bounds:
+    def bounds(self, parts: Parts) -> Bounds:
         """Ranges and errors of all nodes over sub-boxes (lemma 1)."""
         return running_errors(self.nodes, parts, self.rounding, self._angles, self.knowledge(parts))
 
@@ -186,29 +182,11 @@ def certify(
     )
 
 
-def _cut(subject: Subject, most: int, progress: Progress) -> Mapping[str, Interval]:
-    """Sub-boxes, each time cut in the middle of the position that makes errors smallest, while they become smaller."""
+def _cut(subject: Subject, most: int, progress: Progress) -> Parts:
+    """The sub-boxes in which errors are bounded."""
     parts = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used).whole
     names = [name for name in parts if name in subject.box.positions and name in subject.box.open]
-    steps = int(math.log2(most)) if names else 0
-    (before,) = _sizes(subject, [parts])
-    for step in range(steps):
-        tried = [halved(parts, name) for name in names]
-        sizes = _sizes(subject, tried)
-        progress(step + 1, steps)
-        best = min(range(len(tried)), key=sizes.__getitem__)
-        if not sizes[best] < before - LEAST_GAIN:
-            break
-        parts, before = tried[best], sizes[best]
-    return parts
-
-
-def _sizes(subject: Subject, tried: Sequence[Mapping[str, Interval]]) -> list[float]:
-    """The mean logarithm of the errors of each of some boxes in as many parts; `UNBOUNDED` stands for no bound."""
-    bounds = subject.bounds(side_by_side(tried))
-    by_box = subject.errors(bounds, adjoints=False).reshape(len(subject.results), len(tried), -1).max(axis=2)
-    logs = np.log(np.where(np.isfinite(by_box), by_box, UNBOUNDED), where=by_box > 0, out=np.zeros_like(by_box))
-    return [float(each) for each in logs.mean(axis=0)]
+    return cut(parts, names, lambda tried: subject.errors(subject.bounds(tried), adjoints=False), most, progress)
 
 
 def _likely(subject: Subject, rng: np.random.Generator) -> list[float]:
