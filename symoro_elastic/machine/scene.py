@@ -8,6 +8,7 @@ from enum import Enum
 from typing import Protocol
 
 from symoro_elastic.machine.formula import Formula, FormulaError
+from symoro_elastic.machine.within import EXACT, Within
 
 ALL = "all"
 RECURSION, INERTIA, AUTO = "recursion", "inertia", "auto"
@@ -60,7 +61,8 @@ class Scene:
     between; `forces` are frames on which wrenches act that the models take as arguments; `fold` lists parameters that
     become constants, or is `ALL`. `merge_angles` is the largest angle, rad,
     up to which sums of angles may stand for products of sines and cosines.
-    `steps` are time steps beside the models, of `TimeStep`. `form` is one of `FORMS`.
+    `steps` are time steps beside the models, of `TimeStep`. `form` is one of `FORMS`. `within` are tolerances that
+    terms are left out within.
     `source` is the file that the request stands in, where it has one of its own.
     """
 
@@ -75,6 +77,7 @@ class Scene:
     merge_angles: float | None = None
     steps: tuple[str, ...] = ()
     form: str = RECURSION
+    within: Within = EXACT
     source: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:

@@ -13,6 +13,7 @@ from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE
 from symoro_elastic.formats.toml.motion_keys import MOTIONS, OF_MOTION, WANTED
 from symoro_elastic.formats.toml.tables import Number, Table, is_not_finite
 from symoro_elastic.formats.toml.with_units import unit_in
+from symoro_elastic.formats.toml.within import TOLERANCES_OF_SCENE
 from symoro_elastic.machine.columns import AXES, CENTRAL, Column, declared_columns
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Closing, Joint, Kind, KnownOfBase, Orientation
@@ -279,6 +280,7 @@ SCENE = Section(
             otherwise="none",
         ),
         Key("gravity", keys.TRUTH, "whether gravity acts", "false", default=True, otherwise="true"),
+        *TOLERANCES_OF_SCENE,
     ),
 )
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from symoro_elastic.formats.files import load_text
 from symoro_elastic.formats.toml.keys import SCENE
 from symoro_elastic.formats.toml.tables import Table, load
+from symoro_elastic.formats.toml.within import KEYS, within_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.resolve import Models, resolve
 from symoro_elastic.machine.scene import Scene
@@ -34,4 +35,6 @@ def scene_in(top: Table, machine: Machine, models: Models | None = None) -> Scen
 
 def scene_of(table: Table) -> Scene:
     """The scene in a table, its names as written."""
-    return Scene(**SCENE.within(table))
+    entries = SCENE.within(table)
+    within = within_of(entries)
+    return Scene(**{key: x for key, x in entries.items() if key not in KEYS}, within=within)

@@ -11,6 +11,7 @@ from symoro_elastic.formats.toml.keys import OF_JOINTS
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import TOLERANCE, limits_by_joint, written_tolerance
 from symoro_elastic.formats.toml.motions import Entries, entries_of_motion, entries_of_wanted
+from symoro_elastic.formats.toml.within import entries_of
 from symoro_elastic.machine.columns import Column, Values, columns
 from symoro_elastic.machine.described import DescribedMachine, Request, Wanted, limits_of
 from symoro_elastic.machine.formula import ZERO, Formula
@@ -238,6 +239,7 @@ def _scene(scene: Scene) -> list[str]:
         lines.append(f"forces = {_names(scene.forces)}")
     if scene.fold:
         lines.append(f"fold = {text_of(scene.fold) if isinstance(scene.fold, str) else _names(scene.fold)}")
+    lines += [f"{key} = {_plain_value(x)}" for key, x in entries_of(scene.within).items()]
     return lines if scene.gravity else [*lines, "gravity = false"]
 
 

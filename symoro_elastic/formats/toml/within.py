@@ -1,0 +1,84 @@
+"""Tolerances of a scene, within which terms are left out: how they are read and written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from symoro_elastic.formats.toml.key import NUMBER, Key, Type, one_of
+from symoro_elastic.formats.toml.tables import Table
+from symoro_elastic.machine.formula import FormulaError
+from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Tolerance, Within, tolerance
+
+PERCENTAGE = {"type": "string", "pattern": r"^\s*[0-9.eE+*/() ]+%?\s*$"}
+ONE = {"anyOf": [NUMBER.schema, PERCENTAGE]}
+
+
+def _tolerances(table: Table, key: str) -> dict[str, Tolerance]:
+    """One tolerance for all results, or a table of them by result or joint."""
+    given = table.entries[key]
+    if isinstance(given, dict):
+        of = table.table(key)
+        return {name: _tolerance(of, name, entry) for name, entry in of.entries.items()}
+    return {ALL_RESULTS: _tolerance(table, key, given)}
+
+
+def _tolerance(table: Table, key: str, given: Any) -> Tolerance:
+    if isinstance(given, bool) or not isinstance(given, str | int | float):
+        raise table.fail(key, 'must be a text in percent, as in "1 %", or a number in the unit of the result')
+    try:
+        return tolerance(given)
+    except FormulaError as error:
+        raise table.fail(key, str(error)) from None
+
+
+TOLERANCES = Type(
+    "percentage, number, or table of them",
+    {"anyOf": [ONE, {"type": "object", "additionalProperties": ONE}]},
+    _tolerances,
+)
+WITHIN = Key(
+    *("within", TOLERANCES),
+    "how far results may be from those of the whole model while joints are within their limits, of the largest value "
+    "or in the unit of the result, for all or by result or joint; terms are left out until only so much is kept",
+    '{ tau = "1 %", motor_y = 0.5 }',
+    default={},
+    otherwise="exact",
+)
+KEEP = Key(
+    *("keep", one_of(tuple(Keep))),
+    "what is left out: single terms, or whole parameters only, so that the inertia matrix stays symmetric and the "
+    "machine passive",
+    '"parameters"',
+    default=Keep.TERMS.value,
+    otherwise=f'"{Keep.TERMS}"',
+)
+GUARANTEED = Key(
+    *("guaranteed", one_of(tuple(Guaranteed))),
+    "what stands behind the tolerance: a bound at unseen states with 95 % confidence, or a proof for the whole box",
+    '"proven"',
+    default=Guaranteed.CONFIDENT.value,
+    otherwise=f'"{Guaranteed.CONFIDENT}"',
+)
+
+TOLERANCES_OF_SCENE = (WITHIN, KEEP, GUARANTEED)
+KEYS = tuple(key.name for key in TOLERANCES_OF_SCENE)
+
+
+def within_of(entries: Mapping[str, Any]) -> Within:
+    """What the three keys of a scene say."""
+    return Within(entries[WITHIN.name], Keep(entries[KEEP.name]), Guaranteed(entries[GUARANTEED.name]))
+
+
+def entries_of(within: Within) -> dict[str, Any]:
+    """The three keys as they are written; none where models are exact."""
+    if not within:
+        return {}
+    written = {name: _written(one) for name, one in within.tolerances.items()}
+    entries: dict[str, Any] = {WITHIN.name: written[ALL_RESULTS] if [*written] == [ALL_RESULTS] else written}
+    entries |= {KEEP.name: str(within.keep)} if within.keep is not Keep.TERMS else {}
+    return entries | ({GUARANTEED.name: str(within.guaranteed)} if within.guaranteed is Guaranteed.PROVEN else {})
+
+
+def _written(one: Tolerance) -> str | float:
+    return str(one) if one.relative else one.value

@@ -1,0 +1,69 @@
+"""Tolerances of results: how far a model with terms left out may be from the whole one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from symoro_elastic.machine.formula import FormulaError, number
+
+PERCENT = "%"
+ALL_RESULTS = ""
+"""Stands for all results that have no tolerance of their own."""
+
+
+class Keep(StrEnum):
+    """What of the structure of a model is kept: each parameter is whole or zero, or single terms are left out."""
+
+    PARAMETERS = "parameters"
+    TERMS = "terms"
+
+
+class Guaranteed(StrEnum):
+    """What stands behind errors: a bound on unseen states with a stated confidence, or a proof for the whole box."""
+
+    CONFIDENT = "confident"
+    PROVEN = "proven"
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """An allowed error: of the largest value over the box if `relative`, else in the unit of the result."""
+
+    value: float
+    relative: bool = True
+
+    def __str__(self) -> str:
+        return f"{100 * self.value:g} %" if self.relative else f"{self.value:g}"
+
+
+@dataclass(frozen=True)
+class Within:
+    """Tolerances by the name of a result ("tau") or of a joint, `ALL_RESULTS` for all others; what is kept, and how."""
+
+    tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
+    keep: Keep = Keep.TERMS
+    guaranteed: Guaranteed = Guaranteed.CONFIDENT
+
+    def __bool__(self) -> bool:
+        """Whether anything may be left out."""
+        return bool(self.tolerances)
+
+    def of(self, result: str, joint: str) -> Tolerance | None:
+        """The tolerance of an entry of a result: that of the joint it belongs to, of the result, or of all."""
+        found = (self.tolerances.get(name) for name in (joint, result, ALL_RESULTS))
+        return next((one for one in found if one is not None), None)
+
+
+EXACT = Within()
+
+
+def tolerance(written: str | float) -> Tolerance:
+    """The tolerance in a text such as "1 %" or "0.5", or in a number; raises `FormulaError`."""
+    text = str(written).strip()
+    relative = text.endswith(PERCENT)
+    value = number(text.removesuffix(PERCENT).strip()) / (100 if relative else 1)
+    if not value > 0:
+        raise FormulaError(f"{text} is not above zero: leave out the tolerance of what must be exact")
+    return Tolerance(value, relative)
