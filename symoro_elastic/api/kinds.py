@@ -256,6 +256,17 @@ def output_file(*forms: str) -> Kind:
     return Kind(shape="file", forms=forms)
 
 
+def tolerances(texts: Sequence[str], option: str) -> dict[str, str]:
+    """Return tolerances by name, the one without a name for all others; raises `InputError` for a name twice."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, _, value = text.rpartition("=")
+        if name.strip() in found:
+            raise InputError(COMMAND, option, f"{name.strip() or 'a tolerance for all'} is given twice: keep one")
+        found[name.strip()] = value
+    return found
+
+
 FLAG = Kind(read=lambda table, key: table.truth(key), shape="truth value")
 TEXT = Kind(read=lambda table, key: table.text(key), shape="text")
 TEXTS = Kind(read=lambda table, key: table.texts(key), many=True, shape="list of texts")
@@ -274,6 +285,7 @@ SPRINGS = Kind(springs_on_joints, many=True, shape="stiffness, or stiffness and 
 AXES = Kind(texts_by_name, _by_name(_axis_in), many=True, shape="texts or lists of numbers by name")
 GRID = Kind(grid, many=True, shape="lists of numbers by name")
 BAND = Kind(band, shape="(low, high, count)")
+TOLERANCES = Kind(tolerances, many=True, shape="percentage or number, or by name")
 REQUESTS = Kind(requested_outputs, many=True, shape="lists of texts by name")
 SCENE = Kind(shape="file, tables, or `Scene`")
 INPUT_FILE, OUTPUT_FOLDER = Kind(shape="file"), Kind(shape="folder")

@@ -27,6 +27,8 @@ from symoro_elastic.api.rows import (
     duration_row,
     force_row,
     form_names,
+    guaranteed_names,
+    kept_names,
     known_row,
     merge_angles_row,
     method_names,
@@ -130,6 +132,16 @@ class Generating(RequestedModels):
     precisions: Sequence[str] = option(
         (), "NAME", "Precision of the C code: {names} (default: double).", kinds.TEXTS, names=precision_names
     )
+    within: str | float | Mapping[str, str | float] = option(
+        {}, "[NAME=]TOL", "Leave out terms while results stay within TOL of the whole model as long as joints are "
+        "within their [limits]: '1%' of the largest value, or a number in the unit of the result; for all, or of a "
+        "result or joint.", kinds.TOLERANCES,
+    )  # fmt: skip
+    keep: str = option("", "NAME", "What is left out, with --within: {names} (default: terms).", names=kept_names)
+    guaranteed: str = option(
+        "", "NAME", "What stands behind --within: {names} (default: confident, at unseen states).",
+        names=guaranteed_names,
+    )  # fmt: skip
     box: bool = switch(
         "Say in the code what it guarantees where joints are within their [limits], and write *_in_box, which tells "
         "whether arguments are."

@@ -64,6 +64,20 @@ def certified_names() -> Iterable[str]:
     return [name for name, precision in PRECISIONS.items() if not precision.is_pair]
 
 
+def kept_names() -> Iterable[str]:
+    """Return what of a model may be kept where terms are left out."""
+    from symoro_elastic.machine.within import Keep
+
+    return list(Keep)
+
+
+def guaranteed_names() -> Iterable[str]:
+    """Return what may stand behind a tolerance."""
+    from symoro_elastic.machine.within import Guaranteed
+
+    return list(Guaranteed)
+
+
 def precision_names() -> Iterable[str]:
     """Return the precisions of C code."""
     from symoro_elastic.codegen.precision import PRECISIONS

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from symoro_elastic.api.checked_calls import COMMAND
 from symoro_elastic.api.machines import the_machine
-from symoro_elastic.api.options import Requested, RequestedModels
+from symoro_elastic.api.options import Generating, Requested, RequestedModels
 from symoro_elastic.api.rows import MachineLike, SceneLike
 from symoro_elastic.formats.files import load_text
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
@@ -18,11 +19,13 @@ from symoro_elastic.formats.toml.scenes import scene_in
 from symoro_elastic.formats.toml.tables import Table, load, table_of
 from symoro_elastic.foundation.errors import InputError, among, placed
 from symoro_elastic.machine.described import DescribedMachine, Wanted
+from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import ALL, FORMS, RECURSION, Scene
 from symoro_elastic.machine.series_springs import condense
+from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Within, tolerance
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, refuse_without_value
 
 TYPED = {"scene, models": "--model", "scene, fold": "--fold", "scene, outputs": "--only"}
@@ -93,6 +96,32 @@ def in_form(scene: Scene, form: str) -> Scene:
     """Return the scene with direct_dynamics in a form, where that is not the usual one; raises `InputError`."""
     among((form,), FORMS, "--form")
     return scene if form == RECURSION else replace(scene, form=form)
+
+
+def in_tolerance(scene: Scene, options: Generating) -> Scene:
+    """Return the scene with the tolerances that options give, in place of its own; raises `InputError`."""
+    keep, guaranteed = options.keep, options.guaranteed
+    for given, known, option in ((keep, Keep, "--keep"), (guaranteed, Guaranteed, "--guaranteed")):
+        if given:
+            among((given,), list(known), option)
+    within = scene.within
+    if options.within:
+        try:
+            tolerances = {name: tolerance(x) for name, x in by_name(options.within).items()}
+        except FormulaError as error:
+            raise InputError(COMMAND, "--within", str(error)) from None
+        within = Within(tolerances)
+    if (keep or guaranteed) and not within:
+        place = "--keep" if keep else "--guaranteed"
+        raise InputError(COMMAND, place, "belongs to a tolerance: add --within, or leave it out")
+    within = replace(within, keep=Keep(keep)) if keep else within
+    within = replace(within, guaranteed=Guaranteed(guaranteed)) if guaranteed else within
+    return replace(scene, within=within)
+
+
+def by_name(given: str | float | Mapping[str, str | float]) -> Mapping[str, str | float]:
+    """Return tolerances by name, one without a name for all results."""
+    return given if isinstance(given, Mapping) else {ALL_RESULTS: given}
 
 
 def top_of(scene: str | Path | Mapping[str, Any]) -> Table:
