@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 def excite(machine: MachineLike, options: Exciting) -> ExcitingTrajectory:
     """Return a trajectory that excites the dynamic parameters of a machine within limits.
 
-    Limits are of all motors or by motor: (low, high), largest velocity, largest acceleration.
+    Limits are of all motors or by motor: (low, high), largest velocity, largest acceleration. What is left out is taken
+    from the limits of the machine; torques keep those, too, by the parameters that it has.
 
     Raises
     ------

@@ -419,7 +419,8 @@ class Sweeping(Frequencies, Signals, EvenSteps, OperatingPoint, Placed):
     over: Over = option(
         {}, "NAME=VALUES", "Values of a parameter, of a number of the table (ram.stiffness, ram.k) or of a position "
         "(q.motor_x): LOW:HIGH:COUNT[,log] or X1,X2,...; with --samples LOW:HIGH[,log], normal:MEAN:DEVIATION or "
-        "lognormal:MEDIAN:DEVIATION.", kinds.AXES,
+        "lognormal:MEDIAN:DEVIATION; tolerance[:COUNT] of a parameter, limits[:COUNT] of a position: as the machine "
+        "file has them.", kinds.AXES,
     )  # fmt: skip
     of: Of = option(
         "modes", "NAME", "What is computed at each point: {names}.", names=lambda: ANALYSES,
@@ -450,8 +451,8 @@ class Sweeping(Frequencies, Signals, EvenSteps, OperatingPoint, Placed):
 
 
 def _limits(metavar: str, meaning: str) -> Any:
-    what = f"{meaning} of all motors, or of one (NAME=...), SI units."
-    return option(..., metavar, what, kinds.LIMITS)
+    what = f"{meaning} of all motors, or of one (NAME=...), SI units (default: [limits] of the machine)."
+    return option({}, metavar, what, kinds.LIMITS)
 
 
 class Exciting(Options, kw_only=False):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from symoro_elastic.analysis.sweeps.design import Design, design
 from symoro_elastic.analysis.sweeps.digest import digest
-from symoro_elastic.analysis.sweeps.quantities import Quantity, quantities
+from symoro_elastic.analysis.sweeps.quantities import Quantity, quantities, with_ranges
 from symoro_elastic.analysis.sweeps.ranges import axis, shown
 from symoro_elastic.analysis.sweeps.running import Note, Run, Workplace
 from symoro_elastic.analysis.sweeps.sweep import Sweep, sweep_of
@@ -156,7 +156,7 @@ def plan(machine: DescribedMachine, options: Sweeping) -> Plan:
         if not one.is_position and one.key in options.values:
             raise InputError(machine.label, "--value", f"{one.key} is swept: remove one of the two")
     computed.prepare([one.key for one in swept_over if one.is_position])
-    points = design(axes, options.samples, options.sampling, options.seed)
+    points = design(with_ranges(computed.machine, swept_over, axes), options.samples, options.sampling, options.seed)
     return Plan(machine, options, points, swept_over, computed, Workplace(options.workers, options.scheduler))
 
 

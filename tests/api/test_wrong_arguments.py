@@ -41,7 +41,7 @@ def test_what_may_be_meant() -> None:
         se.trade(MACHINE, quick=True)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match=r"^response\(\) got .*'frequency'; did you mean 'frequencies'\?$"):
         se.response(MACHINE, frequency=1.0)  # type: ignore[call-arg]
-    with pytest.raises(TypeError, match=r"^excite\(\) is called without velocity, acceleration$"):
-        se.excite(MACHINE, 1.0)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match=r"^identify\(\) is called without records$"):
+        se.identify(MACHINE)  # type: ignore[call-arg]
     with pytest.raises(se.InputError, match="point: dict is no operating point: give other arguments by name"):
         se.sweep(MACHINE, {"m2": [1, 2]})  # type: ignore[arg-type]

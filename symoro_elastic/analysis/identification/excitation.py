@@ -20,11 +20,15 @@ from symoro_elastic.analysis.identification.regression import Regressor, refuse_
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_identification
+from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import independent_columns
 
 SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
 BETWEEN = 1.0025  # samples miss 1 - cos(pi / 48) of a peak of the fastest harmonic
+PLACES, SMALLER = 30, 0.25  # other places for a motion, and its share there
+FINER = 4  # samples where peaks are sought
+BETWEEN_TORQUES = 1.01  # samples miss 1 - cos(pi / 24) of a peak of twice its frequency, as squares of velocities have
 SEEN = 1e-4  # independence of columns that the search keeps
 STEP = 1e-4  # of differences, of the limits
 AWAY = 0.05  # of the limits, where a search starts again
@@ -34,12 +38,16 @@ PASSES = 3  # of the quasi-static response of springs
 
 @dataclass(frozen=True)
 class Limits:
-    """Of each motor: lowest and highest position (rad or m), velocity and acceleration (per s, per s2)."""
+    """Of each motor: lowest and highest position (rad or m), velocity and acceleration (per s, per s2).
+
+    `torque` are ranges of torques, N m or N, None for motors without; empty where no motor has one.
+    """
 
     low: Array
     high: Array
     velocity: Array
     acceleration: Array
+    torque: tuple[Range | None, ...] = ()
 
     @classmethod
     def of(cls, low: Sequence[float], high: Sequence[float], velocity: Sequence[float],
@@ -54,7 +62,7 @@ class Limits:
             if not (a < b and v > 0 and d > 0):
                 what = f"no room: low {a:g}, high {b:g}, velocity {v:g}, acceleration {d:g}"
                 raise InputError("limits", f"motor {k + 1}", what)
-        return cls(*arrays)
+        return cls(arrays[0], arrays[1], arrays[2], arrays[3])
 
 
 @dataclass(frozen=True)
@@ -81,28 +89,37 @@ class FourierMotion:
         qdd = cosine @ (self.b * harmonics).T - sine @ (self.a * harmonics).T
         return q, qd, qdd
 
-    def times(self) -> Array:
+    def scaled(self, share: float) -> FourierMotion:
+        """Return the motion made smaller about its centre."""
+        return replace(self, a=self.a * share, b=self.b * share)
+
+    def times(self, finer: int = 1) -> Array:
         """Return samples of one period at which limits are checked."""
-        count = SAMPLES_PER_PERIOD * self.a.shape[1]
+        count = finer * SAMPLES_PER_PERIOD * self.a.shape[1]
         times: Array = np.arange(count) * self.period / count
         return times
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """An exciting motion, its condition number and that of the first motion, and the excited parameters."""
+    """An exciting motion, its condition number and that of the first motion, and the excited parameters.
+
+    `torques` are the least and the largest of each motor over a period, by the parameters of the machine; empty where
+    `unknown` ones have no value.
+    """
 
     motion: FourierMotion
     condition: float
     before: float
     history: tuple[float, ...]
     columns: tuple[str, ...]
+    torques: tuple[tuple[float, float], ...] = ()
+    unknown: tuple[str, ...] = ()
 
 
 def within(motion: FourierMotion, limits: Limits) -> FourierMotion:
     """Return the motion scaled and centred to the limits; smaller motions stay as they are."""
-    fine = np.linspace(0.0, motion.period, 4 * len(motion.times()), endpoint=False)
-    q, qd, qdd = replace(motion, centre=np.zeros_like(motion.centre)).at(fine)
+    q, qd, qdd = replace(motion, centre=np.zeros_like(motion.centre)).at(motion.times(FINER))
     low, high = BETWEEN * q.min(axis=0), BETWEEN * q.max(axis=0)
     ratios = ((high - low) / (limits.high - limits.low), BETWEEN * np.abs(qd).max(axis=0) / limits.velocity,
               BETWEEN * np.abs(qdd).max(axis=0) / limits.acceleration)  # fmt: skip
@@ -119,52 +136,37 @@ def random_motion(limits: Limits, frequency: float, harmonics: int, seed: int = 
     return within(FourierMotion(frequency, (limits.low + limits.high) / 2, a, b), limits)
 
 
-class Condition:
-    """Condition number of the base regressor along a motion of the motors, and the scales that make it one number.
+class Response:
+    """What all joints do on a motion of the motors.
 
     Elastic joints follow quasi-statically: k (q - q0) balances their equation at the accelerations of the pass
     before, which holds below the first natural frequency; passive joints stay at zero, or where loops start.
     """
 
-    def __init__(self, machine: Machine, Y: Regressor, reference: FourierMotion, known: Sequence[str] = ()) -> None:
+    def __init__(self, machine: Machine, Y: Regressor) -> None:
         self.machine, self.Y = machine, Y
         self._motors = list(machine.motor_entries)
-        labels = [column.label for column in Y.columns]
-        refuse_unknown_labels(machine, known, Y.columns)
-        sought = [c for c, label in enumerate(labels) if label not in known]
-        structure = structural_grouping(Y, sought, machine)
-        self._kept = [sought[c] for c in structure.kept]
         self._springs = self._stiffness()
-        W = self._stacked(reference)
-        if not np.isfinite(W).all():
-            what = "loops do not close all along a motion within them: give narrower positions"
-            raise machine.error("limits", what)
-        self._rows = np.sqrt((W**2).mean(axis=(0, 2)))
-        self._rows[self._rows == 0.0] = 1.0
-        flat = (W / self._rows[:, None]).reshape(-1, W.shape[2])
-        seen = list(independent_columns(flat, SEEN).kept)
-        if not seen:
-            raise machine.error("limits", "no motion within them excites a parameter")
-        self._kept, self._lengths = [self._kept[c] for c in seen], np.linalg.norm(flat[:, seen], axis=0)
+        self._values = np.array([column.value for column in Y.columns])
 
     @property
-    def labels(self) -> tuple[str, ...]:
-        """Parameters whose columns are independent on the reference motion."""
-        return tuple(self.Y.columns[c].label for c in self._kept)
+    def unknown(self) -> tuple[str, ...]:
+        """Parameters without value, for which no torque is known."""
+        return tuple(x.label for x, known in zip(self.Y.columns, np.isfinite(self._values), strict=True) if not known)
 
-    def __call__(self, motion: FourierMotion) -> float:
-        """Return the condition number of a motion."""
-        W = self._stacked(motion) / self._rows[:, None]
-        return float(np.linalg.cond(W.reshape(-1, W.shape[2]) / self._lengths)) if np.isfinite(W).all() else math.inf
+    def torques(self, motion: FourierMotion) -> Array:
+        """Return the torques of the motors along one period, (samples, m), by the parameters of the machine."""
+        q, qd, qdd = self.states(motion, FINER)
+        felt = self.Y.torques(q, qd, qdd, range(len(self._values)), self._values) + self.Y.loads(q)
+        found: Array = felt[:, self._motors]
+        return found
 
-    def _stacked(self, motion: FourierMotion) -> Array:
-        return self.Y.evaluate(*self.states(motion), self._kept)
-
-    def states(self, motion: FourierMotion) -> tuple[Array, Array, Array]:
+    def states(self, motion: FourierMotion, finer: int = 1) -> tuple[Array, Array, Array]:
         """Return q, qd, qdd (samples, n) of all joints along one period."""
-        shape = (len(motion.times()), len(self.machine.independent))
+        times = motion.times(finer)
+        shape = (len(times), len(self.machine.independent))
         q, qd, qdd = np.tile(self.Y.start, (shape[0], 1)), np.zeros(shape), np.zeros(shape)
-        for x, given in zip((q, qd, qdd), motion.at(motion.times()), strict=True):
+        for x, given in zip((q, qd, qdd), motion.at(times), strict=True):
             x[:, self._motors] = given
         soft, stiffness, inertial, X = self._springs
         for _ in range(PASSES if soft else 0):
@@ -189,6 +191,71 @@ class Condition:
         stiffness = np.array([values["K", k] for k in soft])
         self._neutral = np.nan_to_num(np.array([values.get(("KQ", k), 0.0) for k in soft])) / stiffness
         return soft, stiffness, inertial, X
+
+
+def within_torques(motion: FourierMotion, torque: Sequence[Range | None], response: Response) -> FourierMotion:
+    """Return the motion made smaller about its centre until its torques are in these ranges; at rest where none are."""
+    limited = [(k, one) for k, one in enumerate(torque) if one is not None]
+    if not limited:
+        return motion
+
+    def excess(share: float) -> float:
+        """Return by how much a range is left at most, as a share of its half width."""
+        tau = response.torques(motion.scaled(share))
+        return max(_excess(tau[:, k], one) for k, one in limited)
+
+    if not excess(1.0) > 0:
+        return motion
+    if not excess(0.0) < 0:
+        return motion.scaled(0.0)
+    optimize = for_identification("scipy.optimize")
+    share = float(optimize.brentq(excess, 0.0, 1.0, xtol=1e-10))
+    while excess(share) > 0:
+        share *= 1 - 1e-6
+    return motion.scaled(share)
+
+
+def _excess(tau: Array, allowed: Range) -> float:
+    """Return by how much torques, and peaks between samples, leave a range, as a share of its half width."""
+    middle, half = (allowed.low + allowed.high) / 2, (allowed.high - allowed.low) / 2
+    mean = tau.mean()
+    return float(np.abs(mean - middle + BETWEEN_TORQUES * (tau - mean)).max()) / half - 1
+
+
+class Condition:
+    """Condition number of the base regressor along a motion of the motors, and the scales that make it one number."""
+
+    def __init__(self, response: Response, reference: FourierMotion, known: Sequence[str] = ()) -> None:
+        self.Y, self.response, machine = response.Y, response, response.machine
+        labels = [column.label for column in self.Y.columns]
+        refuse_unknown_labels(machine, known, self.Y.columns)
+        sought = [c for c, label in enumerate(labels) if label not in known]
+        structure = structural_grouping(self.Y, sought, machine)
+        self._kept = [sought[c] for c in structure.kept]
+        W = self._stacked(reference)
+        if not np.isfinite(W).all():
+            what = "loops do not close all along a motion within them: give narrower positions"
+            raise machine.error("limits", what)
+        self._rows = np.sqrt((W**2).mean(axis=(0, 2)))
+        self._rows[self._rows == 0.0] = 1.0
+        flat = (W / self._rows[:, None]).reshape(-1, W.shape[2])
+        seen = list(independent_columns(flat, SEEN).kept)
+        if not seen:
+            raise machine.error("limits", "no motion within them excites a parameter")
+        self._kept, self._lengths = [self._kept[c] for c in seen], np.linalg.norm(flat[:, seen], axis=0)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Parameters whose columns are independent on the reference motion."""
+        return tuple(self.Y.columns[c].label for c in self._kept)
+
+    def __call__(self, motion: FourierMotion) -> float:
+        """Return the condition number of a motion."""
+        W = self._stacked(motion) / self._rows[:, None]
+        return float(np.linalg.cond(W.reshape(-1, W.shape[2]) / self._lengths)) if np.isfinite(W).all() else math.inf
+
+    def _stacked(self, motion: FourierMotion) -> Array:
+        return self.Y.evaluate(*self.response.states(motion), self._kept)
 
 
 def _periodic(x: Array, period: float) -> tuple[Array, Array]:
@@ -226,8 +293,16 @@ def excite(
     if motors != len(limits.low):
         what = f"{len(limits.low)} given, the machine has {motors} motors"
         raise machine.error("limits", what)
-    tried = [random_motion(limits, frequency, harmonics, seed + k) for k in range(max(1, min(starts, evaluations)))]
-    condition = Condition(machine, regressor(machine, values), tried[0], known)
+    response = Response(machine, regressor(machine, values))
+    if response.unknown:
+        limits = replace(limits, torque=())
+    count = max(1, min(starts, evaluations))
+    tried = [_first(limits, frequency, harmonics, seed + k, response) for k in range(count)]
+    tried.sort(key=lambda motion: not motion.a.any())
+    if not tried[0].a.any():
+        what = "gravity alone takes more than the torques in [limits] at the positions that were tried: give others"
+        raise machine.error("limits", what)
+    condition = Condition(response, tried[0], known)
     search = _Search(condition, limits, tried[0], evaluations, progress)
     for motion in tried:
         search(search.coefficients(motion))
@@ -238,7 +313,25 @@ def excite(
             optimize.minimize(search, start, method="L-BFGS-B", options={"eps": STEP, "maxfun": 10**6})
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
-    return Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels)
+    torques = () if response.unknown else _ranges(response.torques(search.best))
+    found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels, torques)
+    return replace(found, unknown=response.unknown)
+
+
+def _first(limits: Limits, frequency: float, harmonics: int, seed: int, response: Response) -> FourierMotion:
+    """Return a random motion within all limits: about the middle, or about another place where gravity leaves none."""
+    motion, rng = random_motion(limits, frequency, harmonics, seed), np.random.default_rng(seed)
+    kept = within_torques(motion, limits.torque, response)
+    for _ in range(PLACES):
+        if kept.a.any():
+            break
+        elsewhere = replace(motion.scaled(SMALLER), centre=rng.uniform(limits.low, limits.high))
+        kept = within_torques(within(elsewhere, limits), limits.torque, response)
+    return kept
+
+
+def _ranges(torques: Array) -> tuple[tuple[float, float], ...]:
+    return tuple((float(x.min()), float(x.max())) for x in torques.T)
 
 
 def _refuse_following(machine: Machine) -> None:
@@ -275,7 +368,8 @@ class _Search:
         m = len(self._limits.low)
         centre = self._limits.low + (x[:m] + 0.5) * (self._limits.high - self._limits.low)
         a, b = x[m:].reshape(2, m, -1) * self._size
-        return within(FourierMotion(self.best.frequency, centre, a, b), self._limits)
+        motion = within(FourierMotion(self.best.frequency, centre, a, b), self._limits)
+        return within_torques(motion, self._limits.torque, self._condition.response)
 
     def __call__(self, x: Array) -> float:
         if self.done >= self._most:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,8 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
+from symoro_elastic.machine import described
+from symoro_elastic.machine import limits as of_joints
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 
@@ -47,9 +49,10 @@ def refuse_without_motors(machine: Machine) -> None:
 def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, float]]]) -> Limits:
     """Return limits of each motor from ranges by option and name of motor or variable; "" is all others.
 
-    Raises `InputError` for a motor without limits, or a name that is not a motor's.
+    What no option gives is taken from the limits of the machine. Raises `InputError` for a motor without limits, or a
+    name that is not a motor's.
     """
-    motors = machine.motor_joints
+    motors, own = machine.motor_joints, described.limits_of(machine)
     known = {joint.name: joint.name for joint in motors} | {str(joint.variable): joint.name for joint in motors}
     ranges: dict[str, list[tuple[float, float]]] = {}
     for option, by_name in given.items():
@@ -58,14 +61,32 @@ def limits_of(machine: Machine, given: Mapping[str, Mapping[str, tuple[float, fl
                 raise InputError("symoro-elastic", option, f"no motor {name!r}{did_you_mean(name, known)}")
         limits = {known[name]: limit for name, limit in by_name.items() if name}
         _refuse_without_room(option, by_name)
+        quantity = option.removeprefix("--")
+        if "" not in by_name:
+            limits = _of_machine(own, quantity) | limits
         missing = [joint.name for joint in motors if joint.name not in limits and "" not in by_name]
         if missing:
             what = f"no limit for {', '.join(missing)}: give one for all, or {missing[0]}=..."
-            raise InputError("symoro-elastic", option, what)
+            raise InputError("symoro-elastic", option, f"{what}, or {quantity} in [limits] of the machine")
         ranges[option] = [limits[joint.name] if joint.name in limits else by_name[""] for joint in motors]
     position, velocity, acceleration = ranges.values()
     low, high = zip(*position, strict=True) if position else ((), ())
-    return Limits.of(low, high, [v for _, v in velocity], [a for _, a in acceleration])
+    found = Limits.of(low, high, [v for _, v in velocity], [a for _, a in acceleration])
+    torque = tuple(own.of(joint.name).torque for joint in motors)
+    for joint, one in zip(motors, torque, strict=True):
+        if one is not None and not one.low < one.high:
+            raise machine.error(f"limits, {joint.name}, torque", "there is no room in it for a motion")
+    return replace(found, torque=torque) if any(torque) else found
+
+
+def _of_machine(limits: of_joints.Limits, quantity: str) -> dict[str, tuple[float, float]]:
+    """Return the limits of a quantity by joint; those of rates either way, as far as both ways go."""
+    given = {name: getattr(one, quantity) for name, one in limits.joints.items()}
+    ranges = {name: one for name, one in given.items() if one is not None}
+    if quantity == of_joints.LIMITED[0]:
+        return {name: (one.low, one.high) for name, one in ranges.items()}
+    either_way = {name: min(-one.low, one.high) for name, one in ranges.items()}
+    return {name: (-x, x) for name, x in either_way.items()}
 
 
 def _refuse_without_room(option: str, by_name: Mapping[str, tuple[float, float]]) -> None:
@@ -154,6 +175,8 @@ class MotorRange:
     centre: float
     a: Array
     b: Array
+    torque: tuple[float, float] | None = None
+    torque_limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, repr=False)
@@ -170,6 +193,7 @@ class ExcitingTrajectory(Result):
         """What each motor reaches of its limits."""
         q, qd, qdd = self.sampled.q, np.abs(self.sampled.qd), np.abs(self.sampled.qdd)
         limits, motion = self.limits, self.best.motion
+        torque = limits.torque or (None,) * len(limits.low)
         return tuple(
             MotorRange(
                 joint.name,
@@ -182,6 +206,8 @@ class ExcitingTrajectory(Result):
                 float(motion.centre[k]),
                 motion.a[k],
                 motion.b[k],
+                self.best.torques[k] if self.best.torques else None,
+                (allowed.low, allowed.high) if (allowed := torque[k]) else None,
             )
             for k, joint in enumerate(self.machine.motor_joints)
         )

@@ -143,6 +143,8 @@ declare(
     Field("centre"),
     Field("a"),
     Field("b"),
+    Field("torque"),
+    Field("torque_limits"),
 )
 declare(
     ExcitingTrajectory,
@@ -167,12 +169,25 @@ def _(found: ExcitingTrajectory) -> list[Part]:
     best, sampled = found.best, found.sampled
     return [
         table_of(MotorRange, found.motors, f"{found.machine.name}: reached of the limits"),
+        *_torques(found),
         f"condition number of the regressor: {best.before:.4g} at the first random motion, {best.condition:.4g} now",
         f"for {len(best.columns)} parameters: {', '.join(best.columns)}",
         *_sought_friction(best.columns),
         f"{sampled.t[-1]:g} s, {len(sampled.t)} samples: start and stop {sampled.start:g} s each, "
         "at rest where it ends",
     ]
+
+
+def _torques(found: ExcitingTrajectory) -> list[str]:
+    """Return a line on the torques of motors whose torque is limited."""
+    units = {joint.name: joint.force_unit for joint in found.machine.motor_joints}
+    limited = [(x, x.torque, x.torque_limits) for x in found.motors if x.torque_limits]
+    if limited and found.best.unknown:
+        labels = found.best.unknown
+        shown = ", ".join(labels[:3]) + (f" and {len(labels) - 3} more" if len(labels) > 3 else "")
+        return [f"limits of torques are not kept, for parameters have no value: {shown}"]
+    each = [f"{x.name} {_range(tau)} of {_range(of)} {units[x.name]}" for x, tau, of in limited if tau and of]
+    return [f"torques of a period, by the parameters of the machine: {', '.join(each)}"] if each else []
 
 
 def _sought_friction(parameters: Sequence[str]) -> list[str]:

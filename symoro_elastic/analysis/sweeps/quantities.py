@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.analysis.sweeps.ranges import OPTION
+from symoro_elastic.analysis.sweeps.ranges import LIMITS, OPTION, TOLERANCE, Axis, OfMachine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import Cell, Dimension, cells
+from symoro_elastic.machine.described import limits_of
 from symoro_elastic.machine.free_base import COORDINATES
+from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.named_cells import with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -41,6 +43,33 @@ def quantities(machine: Machine, names: Iterable[str]) -> tuple[Quantity, ...]:
                 what = f"{other.name} and {one.name} are the same quantity: give it one axis"
                 raise InputError(machine.label, OPTION, what)
     return found
+
+
+def with_ranges(machine: Machine, found: Sequence[Quantity], axes: Mapping[str, Axis]) -> dict[str, Axis]:
+    """Return the axes with the ranges that a machine gives; raises `InputError` where it gives none."""
+    limits = limits_of(machine)
+    return {one.name: _ranged(machine, limits, one, axes[one.name]) for one in found}
+
+
+def _ranged(machine: Machine, limits: Limits, one: Quantity, over: Axis) -> Axis:
+    if not isinstance(over, OfMachine):
+        return over
+    if over.word == LIMITS:
+        given = limits.of(one.key).position if one.is_position else None
+        what = f"[limits] of the machine give no position of {one.key}: write {one.key} = {{ position = [LOW, HIGH] }}"
+        other = f"{one.name} is a parameter: write {one.name}={TOLERANCE}"
+    else:
+        given = None if one.is_position else limits.parameters.get(one.key)
+        what = (
+            f'[parameters] of the machine give no tolerance of it: write {one.key} = {{ value = X, tolerance = "5 %" }}'
+        )
+        other = f"{one.name} is a position: write {one.name}={LIMITS}"
+    if given is None:
+        is_other = one.is_position is not (over.word == LIMITS)
+        raise InputError(machine.label, OPTION, f"{one.name}={over.word}: {other if is_other else what}")
+    if not given.low < given.high:
+        raise InputError(machine.label, OPTION, f"{one.name}={over.word}: there is one value only, {given.low:g}")
+    return over.between(given)
 
 
 def split(found: Sequence[Quantity], row: Sequence[float]) -> tuple[dict[str, float], dict[str, float]]:

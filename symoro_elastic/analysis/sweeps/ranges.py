@@ -1,4 +1,7 @@
-"""What a quantity is swept over, as text: steps LOW:HIGH:COUNT, values X1,X2,..., or a distribution to draw from."""
+"""What a quantity is swept over, as text: steps LOW:HIGH:COUNT, values X1,X2,..., or a distribution to draw from.
+
+Or the range that the machine gives: tolerance of a parameter, limits of a position.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,16 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.machine.formula import FormulaError, number, refuse_range
+from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.names import quote
 
 OPTION = "--over"
 LOG = "log"
+TOLERANCE, LIMITS = "tolerance", "limits"
+"""Words for a range that the machine gives: of a parameter, and of a position."""
 FORMS = (
     "give LOW:HIGH:COUNT[,log] or X1,X2,...; with --samples LOW:HIGH[,log], normal:MEAN:DEVIATION or "
-    "lognormal:MEDIAN:DEVIATION of the logarithm"
+    "lognormal:MEDIAN:DEVIATION of the logarithm; tolerance[:COUNT], limits[:COUNT] for the range in the machine file"
 )
 
 
@@ -88,9 +94,21 @@ class Normal:
         return np.asarray(self.middle + self.deviation * z)
 
 
+@dataclass(frozen=True)
+class OfMachine:
+    """A quantity in the range that the machine gives, the `word` says which: in `count` steps, or to draw from."""
+
+    word: str
+    count: int | None = None
+
+    def between(self, given: Range) -> Steps | Uniform:
+        """Return the axis over a range."""
+        return Uniform(given.low, given.high) if self.count is None else Steps(given.low, given.high, self.count)
+
+
 Listed: TypeAlias = Steps | Values
 Spread: TypeAlias = Uniform | Normal
-Axis: TypeAlias = Listed | Spread
+Axis: TypeAlias = Listed | Spread | OfMachine
 AxisLike: TypeAlias = str | float | Sequence[float]
 
 
@@ -133,6 +151,13 @@ def _of_text(text: str) -> Axis:
         if log or len(parts) != 3:
             raise ValueError(f"give {parts[0]}:{'MEDIAN' if parts[0] == 'lognormal' else 'MEAN'}:DEVIATION")
         return Normal(_number(parts[1]), _number(parts[2]), parts[0] == "lognormal")
+    if parts and parts[0] in (TOLERANCE, LIMITS):
+        if log or len(parts) > 2:
+            raise ValueError(f"give {parts[0]} or {parts[0]}:COUNT")
+        count = _count(parts[1]) if len(parts) == 2 else None
+        if count == 1:
+            raise ValueError("one value is no range: give a COUNT from 2")
+        return OfMachine(parts[0], count)
     if len(parts) == 3:
         return Steps(_number(parts[0]), _number(parts[1]), _count(parts[2]), log)
     if len(parts) == 2:
@@ -159,6 +184,8 @@ def _count(text: str) -> int:
 def _refuse(found: Axis) -> None:
     """Raise `ValueError` for invalid values: not numbers, out of range, not in order or given twice."""
     match found:
+        case OfMachine():
+            return
         case Values(given):
             if not given:
                 raise ValueError("there is no value: an empty grid has no points")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,13 +14,17 @@ from click.testing import CliRunner, Result
 
 pytest.importorskip("scipy")
 
-from symoro_elastic.analysis.identification.excitation import Limits, random_motion
+import symoro_elastic as se
+from symoro_elastic.analysis.identification.excitation import Limits, Response, random_motion, within_torques
+from symoro_elastic.analysis.identification.regression import regressor
 from symoro_elastic.analysis.identification.trajectory import limits_of, trajectory
 from symoro_elastic.analysis.identification.views import neutral_positions
 from symoro_elastic.cli import cli
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.results import parts_of
 from symoro_elastic.generation.pipeline import generate
+from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.scene import Scene
 from tests.generated_code import imported
 from tests.references.random_machines import chain
@@ -157,3 +162,97 @@ def test_neutral_positions_in_words() -> None:
     machine, _ = read_machine(TWO_R)
     found: Any = SimpleNamespace(machine=machine, neutral={"elbow": (0.1, 0.0012)})
     assert neutral_positions(found) == ["neutral position of elbow: 0.1 rad, std 0.0012"]
+
+
+LIMITED = """
+[limits]
+shoulder = { position = [-1.5, 1.2], velocity = [-3, 4], acceleration = 20TORQUE }
+elbow    = { position = [-1.5, 1.2], velocity = 3, acceleration = 25 }
+"""
+FEW = {"fundamental": 0.5, "harmonics": 3, "sample_rate": 200, "evaluations": 40}
+
+
+def limited(folder: Path, torque: str = "") -> Path:
+    """The machine with limits of its joints, and perhaps of a torque."""
+    text = TWO_R.read_text(encoding="utf-8")
+    head, scene, rest = text.partition("[scene]")
+    file = folder / "limited.toml"
+    file.write_text(head + LIMITED.replace("TORQUE", torque) + scene + rest, encoding="utf-8")
+    return file
+
+
+def test_what_no_option_gives_is_taken_from_the_limits_of_the_machine(tmp_path: Path) -> None:
+    """The same file as with options; an option wins over the limits, of one motor or of all."""
+    file = limited(tmp_path)
+    excited(tmp_path / "given.csv", "--evaluations", 20)
+    options = ("--fundamental", 0.5, "--harmonics", 3, "--sample-rate", 200, "--evaluations", 20)
+    run("excite", file, "--out", tmp_path / "own.csv", *options)
+    assert (tmp_path / "own.csv").read_bytes() == (tmp_path / "given.csv").read_bytes()
+    found = se.excite(file, velocity={"elbow": 2}, acceleration=9, **FEW)
+    elbow, shoulder = (next(x for x in found.motors if x.name == name) for name in ("elbow", "shoulder"))
+    assert (elbow.velocity_limit, shoulder.velocity_limit, shoulder.acceleration_limit) == (2, 3, 9)
+    assert shoulder.position_limits == (-1.5, 1.2) and shoulder.torque_limits is None
+
+
+def test_motors_without_limits_are_named_with_both_ways_out(tmp_path: Path) -> None:
+    message = refused("--position", "-1:1", "--out", tmp_path / "a.csv")
+    what = "give one for all, or shoulder=..., or velocity in [limits] of the machine"
+    assert f"--velocity: no limit for shoulder, elbow: {what}" in message
+
+
+def said(found: Any) -> str:
+    return "\n".join(part for part in parts_of(found) if isinstance(part, str))
+
+
+def torques_of(found: Any, folder: Path) -> np.ndarray:
+    """Torques of the motors by the generated inverse model, along the whole trajectory."""
+    generate(found.machine, Scene(("inverse_dynamics",)), ["numpy"], folder)
+    tau, _ = imported(folder / found.machine.name).inverse_dynamics(
+        found.sampled.q, found.sampled.qd, found.sampled.qdd
+    )
+    return np.asarray(tau)
+
+
+def test_torques_keep_the_limits_of_the_machine(tmp_path: Path) -> None:
+    """By the generated inverse model, in all periods, whether or not the range is around zero."""
+    free = se.excite(limited(tmp_path), **FEW)
+    reached = float(np.abs(torques_of(free, tmp_path / "free")[:, 0]).max())
+    low, high = -0.6 * reached, 0.4 * reached
+    found = se.excite(limited(tmp_path, f", torque = [{low!r}, {high!r}]"), **FEW)
+    tau = torques_of(found, tmp_path / "kept")[:, 0]
+    inside = (found.sampled.t > found.sampled.start) & (found.sampled.t < found.sampled.t[-1] - found.sampled.start)
+    assert low <= tau[inside].min() and tau[inside].max() <= high
+    (shoulder,) = (motor for motor in found.motors if motor.name == "shoulder")
+    assert shoulder.torque_limits == (low, high)
+    assert shoulder.torque == pytest.approx((tau[inside].min(), tau[inside].max()), rel=0.02)
+    assert f"shoulder {shoulder.torque[0]:.4g} : {shoulder.torque[1]:.4g} of {low:.4g} : {high:.4g} N m" in said(found)
+
+
+@pytest.mark.parametrize("allowed", [(5.0, 22.0), (0.0, 18.0), (-20.0, 16.0)])
+def test_motions_are_made_no_smaller_than_torques_need(allowed: tuple[float, float]) -> None:
+    """They touch an end of the range, but for a margin between samples; smaller motions stay as they are."""
+    machine, _ = read_machine(TWO_R)
+    response = Response(machine, regressor(machine))
+    motion = random_motion(LIMITS, 0.8, 4, 2)
+    kept = within_torques(motion, (Range(*allowed), None), response)
+    fine = motion.period * np.arange(5000) / 5000
+    tau = regressor(machine).torques(*kept.at(fine), range(len(response.Y.columns)), response._values)[:, 0]
+    (low, high), half = allowed, (allowed[1] - allowed[0]) / 2
+    assert low <= tau.min() and tau.max() <= high
+    assert min(tau.min() - low, high - tau.max()) < 0.03 * half
+    assert kept.a.any() and within_torques(kept, (Range(*allowed), None), response) is kept
+    assert within_torques(motion, (None, None), response) is motion
+
+
+def test_torques_that_gravity_alone_takes_leave_no_motion(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"limits: gravity alone takes more than the torques in \[limits\]"):
+        se.excite(limited(tmp_path, ", torque = [1e6, 2e6]"), **FEW)
+
+
+def test_torques_of_parameters_without_value_are_not_promised(tmp_path: Path) -> None:
+    file = limited(tmp_path, ", torque = 1e-3")
+    text = re.sub(r"m2 += .*", "m2 = nan", file.read_text(encoding="utf-8"))
+    file.write_text(text, encoding="utf-8")
+    found = se.excite(file, **FEW)
+    assert "limits of torques are not kept, for parameters have no value: " in said(found)
+    assert all(motor.torque is None for motor in found.motors)

@@ -15,7 +15,7 @@ import pytest
 pytest.importorskip("scipy")
 
 from symoro_elastic.analysis.identification.estimation import Unknown, Verdict, estimate, solve
-from symoro_elastic.analysis.identification.excitation import Condition, Limits, excite, random_motion, within
+from symoro_elastic.analysis.identification.excitation import Condition, Limits, Response, excite, random_motion, within
 from symoro_elastic.analysis.identification.filtering import (
     Filter,
     average,
@@ -473,7 +473,7 @@ def test_optimizer_lowers_the_condition_number(arm: Machine) -> None:
     assert found.condition < 0.8 * found.before
     assert len(seen) == 150 and seen == sorted(seen, reverse=True)
     assert found.condition == pytest.approx(
-        Condition(arm, regressor(arm), random_motion(LIMITS, 0.25, 4, 0))(found.motion), rel=1e-9
+        Condition(Response(arm, regressor(arm)), random_motion(LIMITS, 0.25, 4, 0))(found.motion), rel=1e-9
     )
     assert "ZZ2" in found.columns
     with pytest.raises(InputError, match="the machine has 2 motors"):
@@ -485,7 +485,7 @@ def test_optimizer_lowers_the_condition_number(arm: Machine) -> None:
 def test_springs_follow_in_the_design(elastic: Machine) -> None:
     limits = Limits.of([-1.0], [1.0], [2], [5])
     motion = random_motion(limits, 0.2, 3)
-    q, _, _ = Condition(elastic, regressor(elastic), motion).states(motion)
+    q, _, _ = Response(elastic, regressor(elastic)).states(motion)
     assert 0.01 < np.ptp(q[:, 1]) < 0.5
 
 
