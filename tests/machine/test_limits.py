@@ -6,7 +6,7 @@ import json
 
 import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
-from symoro_elastic.foundation.results import Table, parts_of
+from symoro_elastic.foundation.results import Table
 from symoro_elastic.machine.limits import JointLimits, Range, range_of
 from symoro_elastic.machine.views import limits_table
 from tests.command_line import EXAMPLES, run
@@ -31,12 +31,12 @@ def test_the_table_has_units_by_the_type_of_the_joint_and_the_order_of_the_joint
     table = limits_table(machine, "limits")
     assert table.heads == ("joint", "position", "velocity", "acceleration", "torque")
     assert table.rows == [("rail", "-0.4 to 0.4 m", "-2 to 2 m/s", "", ""), ("gear", "", "", "", "-15 to 20.5 N m")]
-    shown = parts_of(machine)
+    shown = machine.parts()
     assert table in shown and "k = 1e6 N m/rad (900000 to 1.1e+06)" in shown
 
 
 def test_machines_without_limits_have_no_table() -> None:
-    shown = parts_of(se.read(EXAMPLES / "planar_2r.toml"))
+    shown = se.read(EXAMPLES / "planar_2r.toml").parts()
     assert [part.title for part in shown if isinstance(part, Table)] == ["planar_2r"]
 
 

@@ -9,8 +9,10 @@ from symoro_elastic.analysis.simulation.compiled_steps import Trajectory
 from symoro_elastic.analysis.simulation.energy_balance import EnergyBalance
 from symoro_elastic.analysis.simulation.events import Crossing
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.analysis.vibration.beyond_limits import Beyond, beyond_limits, of_joints
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.limits import TORQUE
 
 EXACT = "exact"
 """In the place of the method, where all motors follow exactly and nothing is integrated."""
@@ -52,6 +54,16 @@ class Simulation(Result):
     def is_exact(self) -> bool:
         """Whether all motors follow exactly, so that nothing is integrated."""
         return self.trajectory.method == EXACT
+
+    @property
+    def beyond(self) -> tuple[Beyond, ...]:
+        """The limits of joints that the motion leaves: of independent joints, of motors, and torques of motors."""
+        machine, motion = self.reference.machine, self.motion
+        y, yd = (dict(zip(self.reference.motors, x.T, strict=True)) for x in self.reference.of_motors(motion))
+        found = dict(of_joints(machine.independent_joints, motion.q, motion.qd, motion.qdd))
+        torques = dict(zip(self.reference.motors, motion.tau.T, strict=True))
+        found |= {"position": found["position"] | y, "velocity": found["velocity"] | yd, TORQUE: torques}
+        return beyond_limits(machine, motion.t, found)
 
     @property
     def powers(self) -> Array:

@@ -59,6 +59,7 @@ declare(
     Field("largest_step"),
     Field("steps_of_period", lambda x: x.steps_of_period or None),
     Field("events", "crossings"),
+    Field("beyond_limits", "beyond"),
 )
 declare(EnergyBalance, *map(Field, ("put_in", "dissipated", "stored", "left_over", "largest")))
 declare(Crossing, *map(Field, ("signal", "level", "t", "upwards")))
@@ -149,7 +150,7 @@ def _errors_table(found: Simulation) -> Table:
 
 
 def _lines(found: Simulation) -> list[str]:
-    """Return sentences about energy, vibrations, periods of a controller and events."""
+    """Return sentences about energy, limits of joints, vibrations, periods of a controller and events."""
     energy = found.energy
     lines = [
         f"energy: {energy.put_in:.5g} J put in, {energy.dissipated:.5g} J dissipated, {energy.stored:.5g} J stored; "
@@ -159,6 +160,7 @@ def _lines(found: Simulation) -> list[str]:
         lines.append(
             "energies and torques are less accurate than the outputs: add torques (<motor>.tau) to the tolerances"
         )
+    lines += map(str, found.beyond)
     lines += _creeping(found)
     if found.followed is not None:
         lines.append(f"vibrations above {found.followed:.4g} Hz are damped, not followed")

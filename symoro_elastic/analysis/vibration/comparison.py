@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from symoro_elastic.analysis.vibration.beyond_limits import Beyond, beyond_limits, of_joints
 from symoro_elastic.analysis.vibration.comparison_motion import (
     ComparisonMotion,
     modes_with,
@@ -87,12 +88,19 @@ class Comparison(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Lines on motors whose torques are shared out, in the full model and in the rigid limit."""
+        """Lines on limits that the motion leaves, and on motors whose torques are shared out, in both models."""
         full, rigid = (
             line_on_undetermined(modal.linear.motion.machine, modal.linear.motion.followers) if modal else []
             for modal in (self.full, self.rigid)
         )
-        return (*full, *(f"rigid limit: {line}" for line in rigid if not full))
+        return (*map(str, self.beyond), *full, *(f"rigid limit: {line}" for line in rigid if not full))
+
+    @property
+    def beyond(self) -> tuple[Beyond, ...]:
+        """The limits of joints that the motion leaves."""
+        machine, motion = self.full.linear.motion.machine, self.trajectory
+        blocks = of_joints(machine.independent_joints, motion.q, motion.qd, motion.qdd)
+        return beyond_limits(machine, motion.t, dict(blocks))
 
     @property
     def headline(self) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.time_series import writing
+from symoro_elastic.analysis.vibration.beyond_limits import Beyond
 from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
 from symoro_elastic.analysis.vibration.energies import (
     GRAVITY_AND_LOADS,
@@ -394,6 +395,7 @@ def _missed(size: tuple[float, float], loss: Loss) -> str:
     return f"up to {size[0] / loss.full[0]:.2g}" if _matters(size, loss) else "nothing"
 
 
+declare(Beyond, *map(Field, ("joint", "quantity", "t", "value", "low", "high", "unit")))
 declare(Loss, *map(Field, ("joint", "quantity", "unit", "full", "reduced", "rigid")))
 declare(
     Comparison,

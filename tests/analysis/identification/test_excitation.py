@@ -22,7 +22,6 @@ from symoro_elastic.analysis.identification.views import neutral_positions
 from symoro_elastic.cli import cli
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.results import parts_of
 from symoro_elastic.generation.pipeline import generate
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.scene import Scene
@@ -201,7 +200,7 @@ def test_motors_without_limits_are_named_with_both_ways_out(tmp_path: Path) -> N
 
 
 def said(found: Any) -> str:
-    return "\n".join(part for part in parts_of(found) if isinstance(part, str))
+    return "\n".join(part for part in found.parts() if isinstance(part, str))
 
 
 def torques_of(found: Any, folder: Path) -> np.ndarray:
