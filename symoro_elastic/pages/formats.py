@@ -26,19 +26,21 @@ rounding; `convert --snap` makes it simpler, `--elastic JOINT=K:IA` puts springs
 | `floating` | the base floats: for the only child of the root. `planar` is refused |
 | `<axis>` | direction, of any length but 0 |
 | `<dynamics>` | `damping`: viscous friction, `friction`: dry friction |
+| `<limit>` | limits: `lower upper`, `velocity`, `effort`, `acceleration`; no room, 1e9 or more stand for none |
 | `<mimic>` | a coupled row, `multiplier` times the variable of the other joint plus `offset` |
 | `<transmission>` | `drake:rotor_inertia` times the square of `drake:gear_ratio`: rotor inertia |
 
-Frame 0 is that of the root link, gravity is [0, 0, -9.81] in it. Limits, shapes and materials are not part of a model.
+Frame 0 is that of the root link, gravity is [0, 0, -9.81] in it. Shapes and materials are not part of a model.
 Written are machines of motors, fixed frames and joints that follow one other in proportion, with values for all
-parameters; a link has the frame of its row.
+parameters; a link has the frame of its row. Limits are written as the machine has them, 1e9 where URDF demands one.
 """
 MJCF = """## Robots in MJCF (`.xml`)
 
 Read by every command through the package mujoco (`pip install 'symoro-elastic[mjcf]'`), not written: [what becomes of
 its elements](robots.md#robots-in-mjcf). Frame 0 is that of the world, or of the body that floats; gravity is that of
 `<option>`. Parts and meshes are read in the folder of the file only. Names of rows are those of joints, and of bodies
-that are fixed and carry nothing; where the file gives none, `<body>_joint` and `body<number>`.
+that are fixed and carry nothing; where the file gives none, `<body>_joint` and `body<number>`. Limits of positions are
+`range`; of torques `forcerange`, and `ctrlrange` of plain motors, times the gear, within `actuatorfrcrange`.
 """
 DISTAL = """## Standard Denavit-Hartenberg tables (`.csv`)
 
@@ -88,6 +90,37 @@ leader adds. A joint without a variable of its own is `kind = "coupled"`.
 
 The variable of an elastic gear is its deflection: `variable = "q2"`.
 Friction and springs act on the variable of the joint, friction of a coupled joint on its own rate.
+
+### Limits and tolerances
+
+`[limits]` says what joints and motors can do, and `tolerance` beside the value of a parameter how well it is known. No
+model and no generated code depends on them. A number is the range both ways, a list its two ends; both ends are finite,
+and a quantity without a limit is left out.
+
+```toml
+[limits]
+motor_x  = { position = ["-400 mm", "400 mm"], velocity = 2, acceleration = 20, torque = 3000 }
+shoulder = { position = ["-170 deg", "120 deg"], velocity = "90 deg/s", torque = [-40, 60] }
+[parameters]
+k_gear = { value = 2e4, unit = "N m/rad", tolerance = "10 %" }
+L2     = { value = "350 mm", tolerance = "0.2 mm" }
+```
+
+Positions are values of the joint's variable, also where loops give it. A coupled joint has no limits of its own: it
+follows others, and its range follows from theirs. Torques are those of motors, and of springs; passive joints have
+none.
+
+| where | what becomes of them |
+| --- | --- |
+| `show`, `report` | a table of limits; tolerances as ranges of parameters |
+| `view` | sliders go from end to end of positions |
+| `excite` | limits that no option gives; torques are kept by the parameters of the machine |
+| `sweep` | `--over k_gear=tolerance:5`, `--over q.motor_x=limits:5`; without a count to draw from |
+| `simulate`, `compare` | a line for each limit that the motion leaves: joint, quantity, time |
+| `convert` | TOML and `.par` hold them; URDF no tolerances, and rates and torques that are the same both ways |
+| URDF, MJCF | filled on reading, in the joint's variable: [robots](robots.md) |
+
+In Python: `machine.limits.joints["motor_x"].position.low`, `machine.limits.parameters["k_gear"].high`.
 
 ### Closed loops
 

@@ -296,12 +296,7 @@ def excite(
     response = Response(machine, regressor(machine, values))
     if response.unknown:
         limits = replace(limits, torque=())
-    count = max(1, min(starts, evaluations))
-    tried = [_first(limits, frequency, harmonics, seed + k, response) for k in range(count)]
-    tried.sort(key=lambda motion: not motion.a.any())
-    if not tried[0].a.any():
-        what = "gravity alone takes more than the torques in [limits] at the positions that were tried: give others"
-        raise machine.error("limits", what)
+    tried = _drawn(response, limits, frequency, harmonics, range(seed, seed + max(1, min(starts, evaluations))))
     condition = Condition(response, tried[0], known)
     search = _Search(condition, limits, tried[0], evaluations, progress)
     for motion in tried:
@@ -316,6 +311,18 @@ def excite(
     torques = () if response.unknown else _ranges(response.torques(search.best))
     found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels, torques)
     return replace(found, unknown=response.unknown)
+
+
+def _drawn(
+    response: Response, limits: Limits, frequency: float, harmonics: int, seeds: Sequence[int]
+) -> list[FourierMotion]:
+    """Return random motions within all limits, those at rest last; raises `InputError` where all are at rest."""
+    tried = [_first(limits, frequency, harmonics, seed, response) for seed in seeds]
+    tried.sort(key=lambda motion: not motion.a.any())
+    if not tried[0].a.any():
+        what = "gravity alone takes more than the torques in [limits] at the positions that were tried: give others"
+        raise response.machine.error("limits", what)
+    return tried
 
 
 def _first(limits: Limits, frequency: float, harmonics: int, seed: int, response: Response) -> FourierMotion:
