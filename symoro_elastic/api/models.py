@@ -69,7 +69,7 @@ class Build:
         precisions = [PRECISIONS[name] for name in self.precisions or (DOUBLE.name,)]
         return pipeline.generate(
             machine, scene, self.targets, Path(options.out), options.announce, precisions, self.tools, self.unit,
-            options.box,
+            options.certify,
         )  # fmt: skip
 
 
@@ -133,7 +133,7 @@ def check(machine: MachineLike, options: Checking) -> Verification:
 
 @operation_on_models(Certifying)
 def certify(machine: MachineLike, options: Certifying) -> Certificates:
-    """Bound ranges and rounding errors of a machine's models where its joints are within their limits.
+    """Return ranges and bounds on rounding errors of a machine's models where its joints are within their limits.
 
     Bounds are proven for all states in the box that the limits span, by intervals and running errors; where none is
     found, the error is bounded at random states with a stated confidence, or said not to be bounded.

@@ -142,7 +142,7 @@ class Generating(RequestedModels):
         "", "NAME", "What stands behind --within: {names} (default: confident, at unseen states).",
         names=guaranteed_names,
     )  # fmt: skip
-    box: bool = switch(
+    certify: bool = switch(
         "Say in the code what it guarantees where joints are within their [limits], and write *_in_box, which tells "
         "whether arguments are."
     )

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import click
 
 from symoro_elastic.api.rows import READABLE
-from symoro_elastic.cli.code import check, equations, generate
+from symoro_elastic.cli.code import certify, check, equations, generate
 from symoro_elastic.cli.formats import formats, new, schema
 from symoro_elastic.cli.identification import excite, identify
 from symoro_elastic.cli.kinematics import singularities
@@ -42,7 +42,7 @@ def cli() -> None:
 SECTIONS = {
     "Files": (new, formats, schema),
     "Models and code": (show, view, convert, models, equations, singularities, generate, report),
-    "Verification": (check, trade),
+    "Verification": (check, certify, trade),
     "Vibration": (linearize, modes, response, compare),
     "Simulation": (simulate, ladder),
     "Variants": (sweep,),

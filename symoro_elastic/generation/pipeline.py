@@ -159,17 +159,17 @@ def generate(
     precisions: Sequence[Precision] = (DOUBLE,),
     tools: ToolChain | None = None,
     options: fmu.Options | None = None,
-    box: bool = False,
+    certify: bool = False,
 ) -> Generated:
     """Write the models that a scene asks of a machine to `out/<machine name>/`, C in each of the precisions.
 
     With `tools` the C is compiled before, and what it costs is reported. `options` are those of an FMU, which has
-    models of its own. With `box` functions say what they guarantee within the limits of the machine. Raises
+    models of its own. With `certify` functions say what they guarantee within the limits of the machine. Raises
     `InputError`; nothing is written then.
     """
     texts = [name for name in targets if name in TARGETS]
     scene, form = in_form(machine if texts else _of_unit(machine), scene, announce)
-    made = [_code(machine, scene, texts, announce, precisions, tools, box)] if texts else []
+    made = [_code(machine, scene, texts, announce, precisions, tools, certify)] if texts else []
     if FMU in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
     announce("write")
@@ -196,11 +196,11 @@ def _code(
     announce: Announce,
     precisions: Sequence[Precision],
     tools: ToolChain | None,
-    box: bool,
+    certify: bool,
 ) -> _Made:
     """The code of the models that a scene asks of a machine; raises `InputError`."""
     asked = programs(machine, scene, announce)
-    package = with_certificates(machine, asked, precisions, announce) if box else asked.package
+    package = with_certificates(machine, asked, precisions, announce) if certify else asked.package
     announce("render")
     files = render(package, targets, machine.source, precisions)
     reports: Sequence[CodeReport] = ()

@@ -87,6 +87,8 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Identification": lambda _: _identified().found,
     "Identified": lambda _: _identified(),
     "Ladder": lambda _: se.ladder(DRIVE, SCENE),
+    "Certificate": lambda _: se.certify(PLANAR, "inertia_matrix").certificates[0],
+    "Certificates": lambda _: se.certify(PLANAR, "inertia_matrix"),
     "Linearization": lambda _: se.linearize(DRIVE, hold=["all"]),
     "LoadedModel": lambda _: se.load(PENDULUM, "inertia_matrix"),
     "Machine": lambda _: read_machine(PLANAR)[0],

@@ -68,7 +68,8 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "singularities": ((), ("--component", "a.x")),
     "generate": ((), ("--base", "--force"), ("--form", "auto", "--force")),
     "report": (("--out", "pages", "--force"),),
-    "check": (("--model", "inverse_dynamics"),),
+    "check": (("--model", "inverse_dynamics"), ("--model", "inertia_matrix", "--box")),
+    "certify": (("--model", "inertia_matrix", "--precision", "mixed"),),
     "trade": (("--effort", "quick", "--model", "bias_forces", "--states", "1", "--rounds", "1"),),
     "linearize": ((), ("--hold", "all"), ("--as-given", "--at", "a=1")),
     "modes": ((), ("--hold", "all"), ("--along", "a=0:1:2", "--hold", "all"), ("--pd", "a=1e308:1e308")),
@@ -164,6 +165,7 @@ JSON: dict[str, tuple[str, ...]] = {
 }
 SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),
+    "certify": ("--model", "inverse_dynamics"),
     "singularities": ("--component", "tip.x", "--component", "tip.y"),
     "trade": ("--effort", "quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),

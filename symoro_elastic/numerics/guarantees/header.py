@@ -9,7 +9,7 @@ from symoro_elastic.codegen.guaranteed import EntryRange, Guaranteed
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Guarantee
 from symoro_elastic.numerics.guarantees.certificates import Certificates
-from symoro_elastic.numerics.guarantees.views import at_most, divisors, overflow, range_text
+from symoro_elastic.numerics.guarantees.wording import at_most, divisors, overflow, range_text
 
 RESTS_ON = (
     "Proven for IEEE arithmetic rounded to nearest, contracted or not, and for sines and cosines within 1.5 units in "

@@ -123,7 +123,7 @@ def running_errors(
     `angles` are the numbers of nodes that are computed in the precision of angles, where that is another one; `known`
     makes ranges smaller.
     """
-    shape = np.broadcast_shapes(*(x.low.shape for x in box.values()))
+    shape = np.broadcast_shapes((1,), *(x.low.shape for x in box.values()))
     bounds = Bounds(rounding, shape, {}, {}, {})
     of_angles = Bounds(ROUNDINGS[DOUBLE.name], shape, bounds.range, {}, {})
     with np.errstate(all="ignore"):

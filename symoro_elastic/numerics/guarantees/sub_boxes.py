@@ -45,7 +45,9 @@ def cut(
 
     `bounds` gives the bound of each result (results, sub-boxes); of a box in parts the largest counts.
     """
-    steps = int(math.log2(most)) if names else 0
+    if not names:
+        return whole
+    steps = int(math.log2(most))
     (before,) = _sizes([whole], bounds)
     for step in range(steps):
         tried = [halved(whole, name) for name in names]

@@ -22,7 +22,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.certificate import Certificate, Guarantee
 from symoro_elastic.numerics.guarantees.certificates import Effort
-from symoro_elastic.numerics.guarantees.views import at_least, at_most
+from symoro_elastic.numerics.guarantees.wording import at_least, at_most
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression, Operand
 from symoro_elastic.symbolic.operations import DIVIDE
@@ -197,14 +197,14 @@ def test_certificates_as_data() -> None:
 def test_the_command(tmp_path: Path) -> None:
     path = tmp_path / "pendulum.toml"
     se.write(se.read(HINGE), path)
-    shown = run("check", "--box", path, "--model", "direct_dynamics").output
+    shown = run("certify", path, "--model", "direct_dynamics").output
+    assert run("check", "--box", path, "--model", "direct_dynamics").output == shown
     assert "error, proven" in shown and "no divisor is zero" in shown
     for arguments, said in (
-        (["--precision", "single"], "--precision: is that of a certificate: add --box, or leave it out"),
-        (["--box", "--self"], "--box: and --self exclude each other: give one of them"),
-        (["--box", "--precision", "double-double"], "double, single, mixed"),
+        (["check", "--box", "--self"], "--box: and --self exclude each other: give one of them"),
+        (["certify", "--precision", "double-double"], "double, single, mixed"),
     ):
-        assert said in refused("check", path, *arguments)
+        assert said in refused(*arguments, path)
 
 
 def test_a_machine_without_limits_takes_none() -> None:

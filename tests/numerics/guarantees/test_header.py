@@ -44,7 +44,7 @@ CALLS = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("guaranteed")
-    se.generate(PENDULUM, "direct_dynamics", out=out, box=True, precisions=["double", "single"])
+    se.generate(PENDULUM, "direct_dynamics", out=out, certify=True, precisions=["double", "single"])
     return out / "pendulum"
 
 
@@ -102,12 +102,12 @@ def test_without_a_box_nothing_is_said(tmp_path: Path) -> None:
 
 def test_nothing_is_written_without_limits(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="limits, hinge: has no torque"):
-        se.generate({**PENDULUM, "limits": {}}, "direct_dynamics", out=tmp_path / "new", box=True)
+        se.generate({**PENDULUM, "limits": {}}, "direct_dynamics", out=tmp_path / "new", certify=True)
     assert not (tmp_path / "new").exists()
 
 
 def test_the_command_writes_it(tmp_path: Path) -> None:
     path = tmp_path / "pendulum.toml"
     se.write(se.read(PENDULUM), path)
-    run("generate", path, "--model", "inverse_dynamics", "--box", "--out", tmp_path / "out")
+    run("generate", path, "--model", "inverse_dynamics", "--certify", "--out", tmp_path / "out")
     assert "inverse_dynamics_in_box" in (tmp_path / "out" / "pendulum" / "pendulum.h").read_text(encoding="utf-8")
