@@ -1,0 +1,106 @@
+"""How much each change moves each result, at many states at once.
+
+A change of a node moves its value z by e; to first order it moves a result f by a e, where the *adjoint* a = df/dz.
+One sweep from the results back to the arguments finds the adjoints of all results at all nodes: the adjoint of a node
+is the sum, over its users, of the user's adjoint times the user's partial derivative. Effects keep their signs, so that
+those of several changes may cancel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.within.tape import NO_CHANGES, SUMS, Change, Changes, Kind, Rows, Tape
+from symoro_elastic.symbolic.operations import ADD, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT
+
+Adjoints = list[Array | None]
+"""For each node (results, states), None where no result depends on it."""
+
+
+class Sweep:
+    """Sweeps back along a tape; its arrays are used again."""
+
+    def __init__(self, tape: Tape, results: int, states: int) -> None:
+        self._tape = tape
+        self._numbers = np.empty((tape.count, results, states))
+        self._product = np.empty((results, states))
+        self._found: Adjoints = []
+
+    def adjoints(self, rows: Rows, seeds: Array, changes: Changes = NO_CHANGES) -> Adjoints:
+        """Return the adjoints of the changed program, valid until the next call.
+
+        `seeds` (results, states) multiply each result, or are (roots, results, states): by each result of the tape.
+        """
+        tape, self._found = self._tape, [None] * self._tape.count
+        for k, place in enumerate(tape.results):
+            adjoint = self._own(place)
+            if seeds.ndim == 2:
+                adjoint[k] += seeds[k]
+            else:
+                adjoint += seeds[:, k]
+        with np.errstate(all="ignore"):
+            for place in range(tape.count - 1, -1, -1):
+                if self._found[place] is not None and place not in changes.frozen:
+                    self._back(place, rows, changes)
+        return self._found
+
+    def _own(self, place: int) -> Array:
+        found = self._found[place]
+        if found is None:
+            found = self._found[place] = self._numbers[place]
+            found[:] = 0.0
+        return found
+
+    def _give(self, place: int, function: Callable[..., object], *factors: Array) -> None:
+        """Add function(factors) to the adjoint of a place."""
+        if place >= self._tape.count:
+            return
+        found = self._found[place]
+        if found is None:
+            self._found[place] = self._numbers[place]
+            function(*factors, self._numbers[place])
+        else:
+            function(*factors, self._product)
+            found += self._product
+
+    def _back(self, place: int, rows: Rows, changes: Changes) -> None:
+        adjoint, operation, operands = self._numbers[place], self._tape.operations[place], self._tape.operands[place]
+        if place in changes.straightened:
+            self._give(operands[0], np.positive, adjoint)
+        elif operation in SUMS:
+            if (place, 0) not in changes.dropped:
+                self._give(operands[0], np.positive, adjoint)
+            if (place, 1) not in changes.dropped:
+                self._give(operands[1], np.positive if operation == ADD else np.negative, adjoint)
+        elif operation == MULTIPLY:
+            first, second = operands
+            self._give(first, np.multiply, adjoint, rows[second])
+            self._give(second, np.multiply, adjoint, rows[first])
+        elif operation == NEGATE:
+            self._give(operands[0], np.negative, adjoint)
+        elif operands:
+            self._back_by_rule(place, rows, adjoint)
+
+    def _back_by_rule(self, place: int, rows: Rows, adjoint: Array) -> None:
+        row, operands = OPERATIONS[self._tape.operations[place]], self._tape.operands[place]
+        if row.partials is None:
+            return
+        x = [rows[operand] for operand in operands]
+        partials = row.partials(arithmetic(np.float64).operations, rows[place], x)
+        for operand, partial in zip(operands, partials.back(1.0), strict=True):
+            self._give(operand, np.multiply, adjoint, partial)
+
+
+def moved(tape: Tape, rows: Rows, change: Change) -> Array:
+    """Return by how much a change moves the value of its node, (states,)."""
+    if change.kind is Kind.FREEZE:
+        return np.subtract(change.constant, rows[change.place])
+    if change.kind is Kind.STRAIGHTEN:
+        return np.subtract(rows[tape.operands[change.place][0]], rows[change.place])
+    value = rows[tape.operands[change.place][change.operand]]
+    is_subtracted = change.operand == 1 and tape.operations[change.place] == SUBTRACT
+    return value if is_subtracted else -value

@@ -1,0 +1,158 @@
+"""What a change saves: the operations that nothing needs any more.
+
+Each node counts its uses. A change takes uses away; a node without uses is dead, and so may its operands be. A sum that
+keeps one operand is no operation any more, a product with zero is zero, a function of numbers is a number: what follows
+upwards is carried out, too. All changes of the lists are written down, so that a change can be tried and taken back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from symoro_elastic.numerics.within.tape import SUMS, Change, Kind, Tape
+from symoro_elastic.symbolic.arithmetic import FLOATS
+from symoro_elastic.symbolic.expression import Level
+from symoro_elastic.symbolic.operations import DIVIDE, MULTIPLY, OPERATIONS
+
+COSTS = {"add": 1, "mul": 1, "div": 1, "sincos": 8}
+"""Operations that one counts for, by how it is counted; a sine or a cosine takes as long as eight products."""
+SIMPLE = (0.0, 1.0, -1.0)
+"""Numbers with which products are no operations."""
+_GONE = -1
+
+
+class Liveness:
+    """Uses and costs of the nodes of a tape with some changes; `cost` is what is left of all."""
+
+    def __init__(self, tape: Tape, changes: Iterable[Change] = ()) -> None:
+        self._tape = tape
+        self._log: list[tuple[list[object], int, object]] = []
+        self._pending: list[int] = []
+        self._operands: list[list[int]] = [list(x) for x in tape.operands]
+        self._constant: list[float | None] = [None] * tape.count + list(tape.constants)
+        self._costs = [_cost(tape, place) for place in range(tape.count)]
+        self._uses = [0] * tape.count
+        self._users: list[list[int]] = [[] for _ in range(tape.count)]
+        for place in [x for entries in tape.entries for x in entries if x < tape.count]:
+            self._uses[place] += 1
+        for place, operands in enumerate(tape.operands):
+            for x in operands:
+                if x < tape.count:
+                    self._uses[x] += 1
+                    self._users[x].append(place)
+        self.cost = sum(self._costs)
+        for change in changes:
+            self.apply(change)
+
+    def is_possible(self, change: Change) -> bool:
+        """Whether its node is needed, and what it leaves out is still there; a frozen node may become 0, 1 or -1."""
+        place = change.place
+        if not self._uses[place]:
+            return False
+        if self._constant[place] is not None:
+            return change.kind is Kind.FREEZE and self._constant[place] not in SIMPLE and change.constant in SIMPLE
+        if change.kind is Kind.DROP:
+            return self._operands[place][change.operand] != _GONE
+        return change.kind is Kind.FREEZE or self._costs[place] > 0
+
+    def saved_by(self, change: Change) -> int:
+        """Return what a change would save."""
+        before, start = self.cost, len(self._log)
+        self.apply(change)
+        saved = before - self.cost
+        self._undo(start)
+        self.cost = before
+        return saved
+
+    def apply(self, change: Change) -> None:
+        """Carry out a change that is possible."""
+        if change.kind is Kind.FREEZE:
+            self._becomes(change.place, change.constant)
+        elif change.kind is Kind.STRAIGHTEN:
+            self._is_free(change.place)
+        else:
+            self._let_go(change.place, change.operand)
+            self._simplify(change.place)
+        while self._pending:
+            place = self._pending.pop()
+            if self._uses[place] and self._constant[place] is None:
+                self._simplify(place)
+
+    def _set(self, of: list, index: int, value: object) -> None:  # type: ignore[type-arg]
+        self._log.append((of, index, of[index]))
+        of[index] = value
+
+    def _undo(self, start: int) -> None:
+        while len(self._log) > start:
+            of, index, value = self._log.pop()
+            of[index] = value
+
+    def _is_free(self, place: int) -> None:
+        """Its value needs no operation any more."""
+        if self._costs[place]:
+            self.cost -= self._costs[place] if self._uses[place] else 0
+            self._set(self._costs, place, 0)
+
+    def _let_go(self, place: int, slot: int) -> None:
+        """Take away one operand of a node, and what dies with it."""
+        operand = self._operands[place][slot]
+        operands = list(self._operands[place])
+        operands[slot] = _GONE
+        self._set(self._operands, place, operands)
+        lost = [operand]
+        while lost:
+            x = lost.pop()
+            if x == _GONE or x >= self._tape.count:
+                continue
+            self._set(self._uses, x, self._uses[x] - 1)
+            if not self._uses[x]:
+                self.cost -= self._costs[x]
+                lost += self._operands[x]
+
+    def _becomes(self, place: int, constant: float) -> None:
+        """The node is a number; its users may become simpler."""
+        self._set(self._constant, place, constant)
+        self._is_free(place)
+        for slot in range(len(self._operands[place])):
+            if self._operands[place][slot] != _GONE:
+                self._let_go(place, slot)
+        self._pending += self._users[place]
+
+    def _simplify(self, place: int) -> None:
+        """Carry out what follows from operands that are numbers, or gone."""
+        known = [0.0 if x == _GONE else self._constant[x] for x in self._operands[place]]
+        operation = self._tape.operations[place]
+        if all(x is not None for x in known):
+            self._becomes(place, _folded(operation, [x for x in known if x is not None]))
+        elif operation in SUMS:
+            if 0.0 in known:
+                self._is_free(place)
+        elif operation == MULTIPLY:
+            self._simplify_product(place, known)
+        elif operation == DIVIDE:
+            if known[0] == 0.0:
+                self._becomes(place, 0.0)
+            elif known[1] in (1.0, -1.0):
+                self._is_free(place)
+
+    def _simplify_product(self, place: int, known: list[float | None]) -> None:
+        if 0.0 in known:
+            self._becomes(place, 0.0)
+        elif 1.0 in known or -1.0 in known:
+            self._is_free(place)
+
+
+def _cost(tape: Tape, place: int) -> int:
+    node = tape.nodes[place]
+    if not tape.operands[place] or node.level != Level.STATE:
+        return 0
+    return COSTS.get(OPERATIONS[node.operation].counted_as, 0)
+
+
+def _folded(operation: str, known: Sequence[float]) -> float:
+    """The number that an operation on numbers gives: what follows depends on whether it is 0, 1 or -1."""
+    try:
+        return float(FLOATS.operations[operation](*known))
+    except ArithmeticError:
+        return math.nan
