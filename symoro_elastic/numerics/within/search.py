@@ -1,0 +1,163 @@
+"""The search for the changes that save most within a limit: greedy, by signed effects, with growing limits.
+
+One pass orders the candidates by their largest effect on a result, over all states, for each operation that they save,
+and takes one after the other while the *signed sum* of effects stays within the limit everywhere: effects of opposite
+sign make room for each other. Effects are of the first order, so that true errors are computed after the pass, and the
+latest fifth of it is given back until they are within the limit. Then adjoints, effects and savings are computed anew
+for the next pass, until a pass takes nothing; where all of a pass was given back, the next does without its first
+candidate. The limit grows in steps: what is cheap is taken first, with effects that are still nearly exact.
+
+What is taken out of a part that has died meanwhile would use up the tolerance twice: uses are counted after each change
+(`liveness`), and a candidate that saves nothing any more is skipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.numerics.within.effects import Adjoints, Sweep, moved
+from symoro_elastic.numerics.within.liveness import Liveness
+from symoro_elastic.numerics.within.tape import Change, Changes, Rows, Tape
+from symoro_elastic.symbolic.operations import DIVIDE
+
+LIMITS = (0.3, 0.6, 0.8, 0.92, 1.0)
+"""Of the limits."""
+GIVEN_BACK = 5
+MOST_PASSES = 12
+PIVOT_CHANGE = 0.1
+"""Largest relative change of a denominator."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """States (symbols, states), and by result the reciprocal of its limit there (results, states)."""
+
+    states: Array
+    weights: Array
+
+
+Accepts = Callable[[Sequence[Change]], bool]
+"""Whether changes are possible together."""
+
+
+def accept_all(changes: Sequence[Change]) -> bool:
+    """All are."""
+    return True
+
+
+class Search:
+    """The search on one tape and sample."""
+
+    def __init__(self, tape: Tape, candidates: Sequence[Change], sample: Sample, accepts: Accepts = accept_all) -> None:
+        self._accepts = accepts
+        self._refused: set[Change] = set()
+        states = sample.states.shape[1]
+        self._tape, self._candidates, self._sample = tape, candidates, sample
+        self._rows = tape.rows_in(np.empty((tape.count, states)))
+        self._sweep = Sweep(tape, len(tape.results), states)
+        tape.fill(self._rows, tape.steps(), sample.states)
+        self._exact = tape.values(self._rows)
+        self._denominators = sorted({tape.operands[k][1] for k, x in enumerate(tape.operations) if x == DIVIDE})
+        self._pivots = [self._rows[k].copy() for k in self._denominators]
+
+    def run(self) -> list[Change]:
+        """Return the changes taken, in order: errors are within the limits at all states of the sample."""
+        taken: list[Change] = []
+        for share in LIMITS:
+            self._refused = set()
+            for _ in range(MOST_PASSES):
+                tried = self._pass(taken, share)
+                found = self._kept(taken, tried, share)
+                taken += found
+                if not tried:
+                    break
+                if not found:
+                    self._refused.add(tried[0])
+        return taken
+
+    def errors(self, changes: Changes) -> Array:
+        """Return signed errors of results (results, states), of their limits."""
+        self._tape.fill(self._rows, self._tape.steps(changes), self._sample.states)
+        with np.errstate(all="ignore"):
+            return (self._tape.values(self._rows) - self._exact) * self._sample.weights
+
+    def _pass(self, taken: Sequence[Change], limit: float) -> list[Change]:
+        """Return what one pass would take, by effects of the first order."""
+        changes, live = Changes.of(taken), Liveness(self._tape, taken)
+        errors = self.errors(changes)
+        adjoints = self._sweep.adjoints(self._rows, self._sample.weights, changes)
+        with np.errstate(all="ignore"):
+            return self._fill(taken, live, _Effects(self._tape, self._rows, adjoints), errors, limit)
+
+    def _kept(self, taken: Sequence[Change], tried: Sequence[Change], limit: float) -> list[Change]:
+        """Return the first of the changes, as many as true errors allow."""
+        found = [*tried]
+        while found and not self._is_within([*taken, *found], limit):
+            del found[-max(1, len(found) // GIVEN_BACK) :]
+        return found
+
+    def _is_within(self, taken: Sequence[Change], limit: float) -> bool:
+        """Whether errors are within the limit, and no denominator has changed by much: not where one is NaN."""
+        errors = self.errors(Changes.of(taken))
+        if not largest(errors) <= limit:
+            return False
+        for place, exact in zip(self._denominators, self._pivots, strict=True):
+            with np.errstate(all="ignore"):
+                if not (np.abs(self._rows[place] - exact) <= PIVOT_CHANGE * np.abs(exact)).all():
+                    return False
+        return True
+
+    def _fill(
+        self, taken: Sequence[Change], live: Liveness, effects: _Effects, errors: Array, limit: float
+    ) -> list[Change]:
+        """Take candidates in order while the sum of errors and effects is within the limit."""
+        total, top = errors.copy(), largest(errors)
+        found: list[Change] = []
+        for change, size in self._ordered(live, effects, limit + top):
+            if size > limit + top or not live.is_possible(change) or live.saved_by(change) <= 0:
+                continue
+            trial = total + effects.of(change)
+            reached = largest(trial)
+            if reached <= limit and self._accepts([*taken, *found, change]):
+                total, top = trial, reached
+                live.apply(change)
+                found.append(change)
+        return found
+
+    def _ordered(self, live: Liveness, effects: _Effects, most: float) -> list[tuple[Change, float]]:
+        """Candidates that are possible, with their largest effects, by effect for each operation saved."""
+        found = []
+        for number, change in enumerate(self._candidates):
+            saved = live.saved_by(change) if change not in self._refused and live.is_possible(change) else 0
+            if saved > 0:
+                size = largest(effects.of(change))
+                if size <= most:
+                    found.append((size / saved, number, change, size))
+        return [(change, size) for _, _, change, size in sorted(found)]
+
+
+class _Effects:
+    """Effects of changes on the results, first order, of their limits."""
+
+    def __init__(self, tape: Tape, rows: Rows, adjoints: Adjoints) -> None:
+        self._tape, self._rows, self._adjoints = tape, rows, adjoints
+        found = next(x for x in adjoints if x is not None)
+        self._product = np.empty_like(found)
+
+    def of(self, change: Change) -> Array:
+        """Return the effect (results, states), valid until the next call."""
+        adjoint = self._adjoints[change.place]
+        if adjoint is None:
+            self._product[:] = 0.0
+        else:
+            np.multiply(adjoint, moved(self._tape, self._rows, change), self._product)
+        return self._product
+
+
+def largest(errors: Array) -> float:
+    """Return the largest magnitude, NaN where one is NaN."""
+    return max(float(errors.max()), -float(errors.min())) if errors.size else 0.0
