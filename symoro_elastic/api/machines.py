@@ -97,12 +97,13 @@ def the_machine(machine: MachineLike, values: Values = NO_VALUES) -> DescribedMa
 def write(machine: MachineLike, path: str | Path, *, drop: Sequence[str] = (), force: bool = False) -> Path:
     """Write a machine in the format of the suffix, and return the path; an existing file is replaced if `force`.
 
-    `drop` are parts that are left out, for URDF: "rotors", "springs" (elastic joints are fixed where these are
-    neutral); a `MachineWarning` names the joints.
+    `drop` are parts that are left out, for URDF and MJCF: "rotors", "springs" (elastic joints are fixed where these are
+    neutral), "loops" (their joints without motors are driven), "wrenches", "creep", "sharing"; a `MachineWarning` names
+    the joints, and notes of the file do.
     """
     kept, remarks = without(the_machine(machine), among(drop, PARTS, "--drop"))
     with permission(force=force):
-        write_machine(kept, path)
+        write_machine(kept.with_notes(*kept.origin.remarks, *remarks), path)
     for remark in remarks:
         warn(remark)
     return Path(path)

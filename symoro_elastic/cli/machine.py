@@ -145,8 +145,8 @@ class Dropping(Options):
     """What is left out of the machine that is written."""
 
     drop: Sequence[str] = option(
-        (), "PARTS", "Leave out parts that URDF has not: {names}; without springs elastic joints are fixed where these "
-        "are neutral.", kinds.WORDS, names=_parts,
+        (), "PARTS", "Leave out parts that URDF or MJCF has not: {names}; without springs elastic joints are fixed "
+        "where these are neutral, without loops joints without motors are driven.", kinds.WORDS, names=_parts,
     )  # fmt: skip
 
 

@@ -1,8 +1,8 @@
-"""A machine without rotors or springs, for formats that have none."""
+"""A machine without some of its parts, for formats that have none."""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 from symoro_elastic.machine.columns import Cell, with_cells
@@ -11,37 +11,85 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.joints import Joint, Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import with_held_joints
+from symoro_elastic.machine.springs_beside_motors import with_springs_in_motors
 
-ROTORS, SPRINGS = "rotors", "springs"
-PARTS = (ROTORS, SPRINGS)
+ROTORS, SPRINGS, LOOPS = "rotors", "springs", "loops"
+WRENCHES, CREEP, SHARING = "wrenches", "creep", "sharing"
+PARTS = (ROTORS, SPRINGS, LOOPS, WRENCHES, CREEP, SHARING)
 """Parts that a machine may be written without."""
-SECTIONS = {ROTORS: "motors", SPRINGS: "springs"}
+CELLS: dict[str, Callable[[Cell], bool]] = {
+    ROTORS: lambda cell: cell.column.section == "motors",
+    SPRINGS: lambda cell: cell.column.section == "springs",
+    WRENCHES: lambda cell: cell.column.section == "wrenches",
+    CREEP: lambda cell: cell.column.key == "creep",
+    SHARING: lambda cell: cell.column.key == "sharing",
+}
+"""Whether a cell is one of a part."""
+LOST = {
+    ROTORS: "the rotors of {}, whose inertia is lost",
+    WRENCHES: "the wrenches on the bodies {}",
+    CREEP: "the creep velocities of {}, whose dry friction jumps at rest",
+    SHARING: "the weights by which {} share torques",
+}
 
 
 def without(machine: DescribedMachine, parts: Collection[str]) -> tuple[DescribedMachine, tuple[str, ...]]:
     """Return the machine without these parts, and a remark for each that names the joints; others stay as they are.
 
-    Without springs elastic joints are held where these are neutral; without rotors their inertia is lost. Raises
-    `InputError` for elastic joints that cannot be held.
+    Without loops their ends are frames, and their passive joints are driven as others are; without springs elastic
+    joints are held where these are neutral; without rotors their inertia is lost. Raises `InputError` for elastic
+    joints that cannot be held.
     """
-    remarks = []
+    remarks: list[str] = []
+    if LOOPS in parts:
+        machine, remark = _without_loops(machine)
+        remarks += remark
     if SPRINGS in parts:
         machine, remark = _without_springs(machine)
         remarks += remark
-    if ROTORS in parts:
-        names = _with_cells_of(machine, ROTORS)
-        machine = replace(machine, joints=tuple(_cleared(joint, ROTORS) for joint in machine.joints))
-        remarks += [f"left out: the rotors of {', '.join(names)}, whose inertia is lost"] if names else []
+    for part, what in LOST.items():
+        names = _with_cells_of(machine, part) if part in parts else []
+        if names:
+            machine = replace(machine, joints=tuple(_cleared(joint, part) for joint in machine.joints))
+            remarks.append(f"left out: {what.format(', '.join(names))}")
     return machine, tuple(remarks)
 
 
+def _without_loops(machine: DescribedMachine) -> tuple[DescribedMachine, list[str]]:
+    """The tree that is left: a cut joint is the frame that meets the other end of its loop."""
+    ends = [
+        f"{loop.name} ({machine.joint(loop.cut).name} and {machine.joint(loop.meets).name})" for loop in machine.loops
+    ]
+    following = {j for j in machine.in_loops if machine.joint(j).kind is Kind.PASSIVE}
+    passive = [machine.joint(j).name for j in sorted(following)]
+    rows = enumerate(machine.joints, start=1)
+    tree = replace(machine, joints=tuple(_opened(joint, j in following) for j, joint in rows), loops=())
+    if not ends:
+        return machine, []
+    remarks = [f"left out: the loops {', '.join(ends)}, which are open: the frames in brackets should meet"]
+    driven = f"joints of these loops without motors are driven as others are: {', '.join(passive)}"
+    return tree, [*remarks, *([driven] if passive else [])]
+
+
+def _opened(joint: Joint, was_passive: bool) -> Joint:
+    """A row of the tree without loops."""
+    if joint.kind is Kind.CUT:
+        return replace(joint, kind=Kind.FIXED, sigma=2, variable=None)
+    return replace(joint, kind=Kind.MOTOR) if was_passive else joint
+
+
 def _without_springs(machine: DescribedMachine) -> tuple[DescribedMachine, list[str]]:
+    names = [*dict.fromkeys((*_elastic(machine), *_with_cells_of(machine, SPRINGS)))]
+    machine = with_springs_in_motors(machine)
     elastic = {joint.name: joint.spring.neutral for joint in machine.joints if joint.kind is Kind.ELASTIC}
-    names = dict.fromkeys((*elastic, *_with_cells_of(machine, SPRINGS)))
     held = with_held_joints(machine, elastic, "locked")
     held = replace(held, joints=tuple(_cleared(joint, SPRINGS) for joint in held.joints))
     what = f"left out: the springs of {', '.join(names)}; elastic joints are fixed where these are neutral"
     return held, [what] if names else []
+
+
+def _elastic(machine: Machine) -> list[str]:
+    return [joint.name for joint in machine.joints if joint.kind is Kind.ELASTIC]
 
 
 def _with_cells_of(machine: Machine, part: str) -> list[str]:
@@ -51,6 +99,6 @@ def _with_cells_of(machine: Machine, part: str) -> list[str]:
 
 def _cleared(joint: Joint, part: str) -> Joint:
     def change(cell: Cell, formula: Formula) -> Formula:
-        return ZERO if cell.column.section == SECTIONS[part] else formula
+        return ZERO if CELLS[part](cell) else formula
 
     return with_cells(joint, change)

@@ -1,13 +1,13 @@
-"""Springs beside motors, as elastic joints about the same axes that loops weld to what the motors move."""
+"""Springs beside motors, as elastic joints about the same axes that loops weld to what the motors move; and back."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.described import AnyMachine, DescribedMachine
 from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.loops import Loop
-from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Spring
+from symoro_elastic.machine.loops import Closing, Loop
+from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.names import distinct, list_of_names
 
 SPRING, CUT, END = "_spring", "_spring_cut", "_spring_end"
@@ -44,3 +44,41 @@ def _beside(motor: Joint, name: str, variable: str) -> Joint:
     """The elastic joint of a spring in the row of a motor."""
     bare = replace(motor, body=Body(), friction=Friction(), rotor_inertia=ZERO, ratio=ZERO, sharing=ZERO)
     return replace(bare, name=name, kind=Kind.ELASTIC, variable=variable)
+
+
+def with_springs_in_motors(machine: AnyMachine) -> AnyMachine:
+    """Return the machine with springs as `with_springs_beside` makes them in the rows of their motors again.
+
+    Formats that hold both on a joint write such rows; no model takes them.
+    """
+    beside = {loop.cut: pair for loop in machine.loops if (pair := _pair(machine, loop))}
+    if not beside:
+        return machine
+    sprung = {motor: machine.joint(spring).spring for spring, motor in beside.values()}
+    gone = {spring for spring, _ in beside.values()} | set(beside)
+    gone |= {loop.meets for loop in machine.loops if loop.cut in beside}
+    numbered = enumerate(machine.joints, start=1)
+    kept = [(j, replace(row, spring=sprung.get(j, row.spring))) for j, row in numbered if j not in gone]
+    number = {0: 0} | {j: k for k, (j, _) in enumerate(kept, start=1)}
+    loops = (loop for loop in machine.loops if loop.cut not in beside)
+    return replace(
+        machine,
+        joints=tuple(replace(row, antecedent=number[row.antecedent]) for _, row in kept),
+        loops=tuple(replace(loop, cut=number[loop.cut], meets=number[loop.meets]) for loop in loops),
+    )
+
+
+def _pair(machine: Machine, loop: Loop) -> tuple[int, int] | None:
+    """Numbers of the spring and of the motor of a loop that `with_springs_beside` makes; None for others."""
+    cut, end = machine.joint(loop.cut), machine.joint(loop.meets)
+    if not cut.antecedent or not end.antecedent or loop.closes is not Closing.FRAME:
+        return None
+    spring, motor = machine.joint(cut.antecedent), machine.joint(end.antecedent)
+    expected = _beside(motor, spring.name, str(spring.variable))
+    ends = Joint(cut.name, cut.antecedent, Kind.CUT, 2), Joint(end.name, end.antecedent, Kind.FIXED, 2)
+    others = machine.antecedents.count(cut.antecedent) + machine.antecedents.count(loop.meets)
+    named = any(spring.variable in row.selected.names | row.spring.stiffness.names for row in machine.joints)
+    alike = replace(spring, spring=Spring()) == replace(expected, spring=Spring())
+    if not alike or ends != (cut, end) or others != 1 or named or motor.kind is not Kind.MOTOR:
+        return None
+    return (cut.antecedent, end.antecedent) if loop.dependent == (spring.name,) else None

@@ -36,11 +36,12 @@ parameters; a link has the frame of its row. Limits are written as the machine h
 """
 MJCF = """## Robots in MJCF (`.xml`)
 
-Read by every command through the package mujoco (`pip install 'symoro-elastic[mjcf]'`), not written: [what becomes of
-its elements](robots.md#robots-in-mjcf). Frame 0 is that of the world, or of the body that floats; gravity is that of
-`<option>`. Parts and meshes are read in the folder of the file only. Names of rows are those of joints, and of bodies
-that are fixed and carry nothing; where the file gives none, `<body>_joint` and `body<number>`. Limits of positions are
-`range`; of torques `forcerange`, and `ctrlrange` of plain motors, times the gear, within `actuatorfrcrange`.
+Read by every command through the package mujoco (`pip install 'symoro-elastic[mjcf]'`), and written without it: [what
+becomes of its elements](robots.md#robots-in-mjcf). Frame 0 is that of the world, or of the body that floats; gravity is
+that of `<option>`. Parts and meshes are read in the folder of the file only. Names of rows are those of joints, and of
+bodies that are fixed and carry nothing; where the file gives none, `<body>_joint` and `body<number>`. Limits of
+positions are `range`; of torques `forcerange`, and `ctrlrange` of plain motors, times the gear, within
+`actuatorfrcrange`.
 """
 DISTAL = """## Standard Denavit-Hartenberg tables (`.csv`)
 

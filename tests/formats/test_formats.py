@@ -92,7 +92,7 @@ def test_convert_to_a_read_only_format_is_refused_in_one_line(arm: Path, tmp_pat
     target = tmp_path / "other.toy"
     code, out, error = run("convert", arm, target)
     assert (code, out) == (2, "") and not target.exists()
-    assert error == f"{target}: FILE: toy files can be read, but not written: use .toml, .par or .urdf"
+    assert error == f"{target}: FILE: toy files can be read, but not written: use .toml, .par, .urdf or .xml"
 
 
 def test_unknown_suffixes_name_the_known_ones(tmp_path: Path) -> None:

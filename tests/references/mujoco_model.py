@@ -44,7 +44,7 @@ class Errors:
 
 @dataclass(eq=False)
 class Compared:
-    """A machine read from an MJCF file beside MuJoCo's model of the same file."""
+    """A machine beside MuJoCo's model of its MJCF."""
 
     machine: Machine
     names: tuple[str, ...]
@@ -56,11 +56,20 @@ class Compared:
         """Read a file both ways."""
         raw = MJCF.read(load_text(path), str(path))
         machine = with_valid_names(raw, reserved_words())
+        return cls._of(machine, tuple(joint.name for joint in raw.joints), mujoco.MjModel.from_xml_path(str(path)))
+
+    @classmethod
+    def of_text(cls, machine: Machine, text: str) -> Compared:
+        """A machine beside the MJCF text that it was written to."""
+        names = tuple(joint.name for joint in machine.joints)
+        return cls._of(machine, names, mujoco.MjModel.from_xml_string(text))
+
+    @classmethod
+    def _of(cls, machine: Machine, names: tuple[str, ...], model: Any) -> Compared:
         check(machine)
         with tempfile.TemporaryDirectory() as folder:
             generated = import_package(render_numpy(trace_models(machine, Scene(models=MODELS)).package), Path(folder))
-        model = mujoco.MjModel.from_xml_path(str(path))
-        return cls(machine, tuple(joint.name for joint in raw.joints), generated, modelled_part(model))
+        return cls(machine, names, generated, modelled_part(model))
 
     def errors(self, states: int, seed: int = 1) -> Errors:
         """Worst errors at random states."""

@@ -6,7 +6,7 @@ them; the frame of a link has the axes of its body, and its origin on the axis o
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -15,10 +15,20 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from symoro_elastic.formats.files import name_of
+from symoro_elastic.formats.robots.axis_frames import Axis, frame_on
 from symoro_elastic.formats.robots.mjcf_bodies import WORLD, Bodies, Freedom
 from symoro_elastic.formats.robots.mjcf_forces import Forces
 from symoro_elastic.formats.robots.mjcf_model import Compiled, mujoco_model
-from symoro_elastic.formats.robots.robot import Connection, Description, JointType, Link, LinkJoint, Mimicked, Placement
+from symoro_elastic.formats.robots.robot import (
+    Connection,
+    Description,
+    Holding,
+    JointType,
+    Link,
+    LinkJoint,
+    Mimicked,
+    Placement,
+)
 from symoro_elastic.machine.names import distinct, list_of_names, quote
 
 CONNECT, WELD, JOINT = "mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT"
@@ -212,7 +222,7 @@ class Equalities:
     @cached_property
     def connections(self) -> tuple[Connection, ...]:
         """What holds bodies of the robot together, or to the world."""
-        return tuple(one for e in self._of(CONNECT, WELD) if (one := self._connection(e)))
+        return with_hinges([one for e in self._of(CONNECT, WELD) if (one := self._connection(e))])
 
     @cached_property
     def left_out(self) -> tuple[str, ...]:
@@ -266,7 +276,8 @@ class Equalities:
         if ends is None or ends[0][0] == ends[1][0]:
             return None
         (first, on_first), (second, on_second) = ends
-        return Connection(self.name(e), first, second, on_first, on_second, weld=self._type(e) == WELD)
+        holding = Holding.FRAME if self._type(e) == WELD else Holding.POINT
+        return Connection(self.name(e), first, second, on_first, on_second, holding)
 
     def _ends(self, e: int) -> tuple[tuple[str, Placement], tuple[str, Placement]] | None:
         """The link of each of the two frames that coincide, and the placement of the frame there."""
@@ -285,3 +296,30 @@ class Equalities:
             return None
         (first, a), (second, b) = places[0], places[1]
         return (first, a * frames[0]), (second, b * frames[1])
+
+
+SAME_LENGTH = 1e-9
+"""Part by which the distances of two points on two links may differ where a hinge goes through both."""
+
+
+def with_hinges(connections: Sequence[Connection]) -> tuple[Connection, ...]:
+    """Return the connections, two links that are held together at two points as a hinge through both."""
+    pairs: dict[tuple[str, str], list[Connection]] = {}
+    for one in connections:
+        if one.holding is Holding.POINT:
+            pairs.setdefault((one.first, one.second), []).append(one)
+    hinges = {id(pair[0]): hinge for pair in pairs.values() if len(pair) == 2 and (hinge := _hinge(*pair))}
+    seconds = {id(pair[1]) for pair in pairs.values() if id(pair[0]) in hinges}
+    return tuple(hinges.get(id(one), one) for one in connections if id(one) not in seconds)
+
+
+def _hinge(one: Connection, other: Connection) -> Connection | None:
+    """The hinge through the points of two connections; None where these are not as far apart on both links."""
+    ends = (one.on_first, other.on_first), (one.on_second, other.on_second)
+    axes = [b.translation - a.translation for a, b in ends]
+    lengths = [float(np.linalg.norm(axis)) for axis in axes]
+    if not min(lengths) or abs(lengths[0] - lengths[1]) > SAME_LENGTH * max(lengths):
+        return None
+    lines = [Axis(a.translation, axis / length) for (a, _), axis, length in zip(ends, axes, lengths, strict=True)]
+    first, second = (frame_on(line, a, None) for line, (a, _) in zip(lines, ends, strict=True))
+    return replace(one, on_first=first, on_second=second, holding=Holding.AXIS)

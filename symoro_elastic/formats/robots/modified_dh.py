@@ -27,6 +27,7 @@ from symoro_elastic.formats.robots.joint_tree import Tree, tree_of
 from symoro_elastic.formats.robots.robot import (
     Connection,
     Description,
+    Holding,
     JointType,
     Link,
     LinkJoint,
@@ -93,14 +94,15 @@ def table_of(description: Description, source: str, snap: float = 0.0) -> Table:
 class Placed:
     """A frame that gets a row: the joint that carries it, None on frame 0, and its placement in that joint's frame.
 
-    `joint` is the joint that moves it there; a leaf and the ends of a loop have none.
+    `joint` is the joint that moves it there; a leaf and the ends of a loop have none. `closes` is the connection whose
+    cut joint it is.
     """
 
     name: str
     carrier: LinkJoint | None
     target: Placement
     joint: LinkJoint | None = None
-    is_cut: bool = False
+    closes: Connection | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,16 +195,18 @@ class _Builder:
                 raise InputError(self.source, f"connection {quote(connection.name)}", what)
             carried = self.tree.carrying[link]
             target = carried.placement * place
-            if not connection.weld:
+            if connection.holding is Holding.POINT:
                 target = Placement(self._frame_of(carried.joint).rotation, target.translation)
-            yield Placed(connection.name + suffix, carried.joint, target, is_cut=suffix == CUT)
+            cut = connection if suffix == CUT else None
+            yield Placed(connection.name + suffix, carried.joint, target, closes=cut)
 
     def _loops(self, machine: DescribedMachine) -> Iterator[Loop]:
         """The loops that the connections close: the last rows of the machine are their ends."""
         connections = self.tree.description.connections
         ends = self.numbers[len(self.numbers) - 2 * len(connections) :]
         for connection, cut, end in zip(connections, ends[::2], ends[1::2], strict=True):
-            loop = Loop(connection.name, cut, end, Closing.FRAME if connection.weld else Closing.POINT)
+            closes = Closing.POINT if connection.holding is Holding.POINT else Closing.FRAME
+            loop = Loop(connection.name, cut, end, closes)
             owners = map(machine.joint, machine.with_variable_in(loop)) if connection.start else ()
             start = {str(one.variable): number_cell(connection.start.get(one.name, 0.0)) for one in owners}
             yield replace(loop, start=start)
@@ -262,8 +266,10 @@ class _Builder:
     def _row(self, placed: Placed, antecedent: int, number: int) -> Joint:
         """The row of a joint, without its geometric parameters."""
         joint = placed.joint
+        if joint is None and placed.closes and placed.closes.holding is Holding.AXIS:
+            return Joint(placed.name, antecedent, Kind.CUT, 0, f"q{number}")
         if joint is None:
-            return Joint(placed.name, antecedent, Kind.CUT if placed.is_cut else Kind.FIXED, 2)
+            return Joint(placed.name, antecedent, Kind.CUT if placed.closes else Kind.FIXED, 2)
         kind, sigma = kind_of(joint, self.source), int(joint.type is JointType.PRISMATIC)
         variable = None if kind is Kind.COUPLED else f"q{number}"
         row = Joint(joint.name, antecedent, kind, sigma, variable, body=self._body_on(joint))
@@ -327,12 +333,8 @@ def body_of(links: Iterable[tuple[Link, Placement]], length: float, products: fl
 
     Coordinates of the centre below `length`, m, and products of inertia below `products` of the trace are zero.
     """
-    placed = [
-        (link.mass, place.rotation @ link.center + place.translation, _turned(link, place)) for link, place in links
-    ]
-    mass = float(sum(m for m, _, _ in placed))
-    center = sum((m * c for m, c, _ in placed), np.zeros(3)) / mass if mass else np.zeros(3)
-    inertia = sum((tensor + m * _point_mass(c - center) for m, c, tensor in placed), np.zeros((3, 3)))
+    whole = together(links)
+    mass, center, inertia = whole.mass, whole.center, whole.inertia
     trace = float(np.trace(inertia))
     least = [max(products, ROUNDING) * trace, ROUNDING * trace]
     if not mass and not np.any(inertia):
@@ -340,6 +342,17 @@ def body_of(links: Iterable[tuple[Link, Placement]], length: float, products: fl
     x, y, z = (length_cell(float(entry), length) for entry in center)
     xx, xy, xz, yy, yz, zz = (length_cell(float(inertia[i, k]), least[i == k]) for i, k in ENTRIES)
     return Body(length_cell(mass, 0.0), (x, y, z), (xx, xy, xz, yy, yz, zz), central=True)
+
+
+def together(links: Iterable[tuple[Link, Placement]]) -> Link:
+    """The link that links with these placements make, in the frame of the placements."""
+    placed = [
+        (link.mass, place.rotation @ link.center + place.translation, _turned(link, place)) for link, place in links
+    ]
+    mass = float(sum(m for m, _, _ in placed))
+    center = sum((m * c for m, c, _ in placed), np.zeros(3)) / mass if mass else np.zeros(3)
+    inertia = sum((tensor + m * _point_mass(c - center) for m, c, tensor in placed), np.zeros((3, 3)))
+    return Link("", mass, center, inertia, frame_only=not mass and not np.any(inertia))
 
 
 def _turned(link: Link, place: Placement) -> Array:

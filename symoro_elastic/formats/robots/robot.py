@@ -99,12 +99,20 @@ class LinkJoint:
     limits: JointLimits = JointLimits()
 
 
+class Holding(StrEnum):
+    """What of two frames coincides: the origins, the origins and the z axes (a hinge), or the frames."""
+
+    POINT = "point"
+    AXIS = "axis"
+    FRAME = "frame"
+
+
 @dataclass(frozen=True, eq=False)
 class Connection:
-    """Two links that are held together: at a point (`weld` false), or in a placement (`weld` true).
+    """Two links that are held together.
 
-    `on_first` and `on_second` place the frames that coincide in the links' frames. `start` gives positions by joint at
-    which the frames coincide, rad or m: they tell the branch.
+    `on_first` and `on_second` place the frames that coincide in the links' frames, as far as `holding` says. `start`
+    gives positions by joint at which they coincide, rad or m: they tell the branch.
     """
 
     name: str
@@ -112,7 +120,7 @@ class Connection:
     second: str
     on_first: Placement
     on_second: Placement
-    weld: bool = False
+    holding: Holding = Holding.POINT
     start: Mapping[str, float] = field(default_factory=dict)
 
 

@@ -31,9 +31,9 @@ def _read(module: str, text: str, source: str) -> DescribedMachine:
     return machine_of(_describe(module, text, source), source)
 
 
-def _write_urdf(machine: Machine) -> str:
-    from symoro_elastic.formats.robots.urdf_writing import write
-
+def _write(module: str, machine: Machine) -> str:
+    """The text of a machine, written by the function `write` of a module of this folder."""
+    write: Callable[[Machine], str] = import_module(f"{__package__}.{module}").write
     return write(machine)
 
 
@@ -42,6 +42,6 @@ def _format(named: FormatName, module: str, write: Callable[[Machine], str] | No
     return Format(named, read, write, (UTF_8, WESTERN), describe)
 
 
-URDF = _format(format_names.URDF, "urdf", _write_urdf)
-MJCF = _format(format_names.MJCF, "mjcf")
+URDF = _format(format_names.URDF, "urdf", partial(_write, "urdf_writing"))
+MJCF = _format(format_names.MJCF, "mjcf", partial(_write, "mjcf_writing"))
 DISTAL = _format(format_names.DISTAL, "standard_dh")

@@ -10,7 +10,7 @@ import pytest
 from symoro_elastic.formats.reading import read
 from symoro_elastic.foundation import packages
 from symoro_elastic.foundation.errors import InputError
-from tests.command_line import refused, run
+from tests.command_line import run
 
 pytest.importorskip("mujoco")
 
@@ -256,6 +256,3 @@ def test_convert_writes_the_table_and_says_what_is_left_out(tmp_path: Path) -> N
     result = run("convert", source, target)
     assert "warning: free bodies beside the robot are ignored: 'box'" in result.stderr
     assert read(target).joints == read(source).joints
-    assert "MJCF files can be read, but not written: use .toml, .par or .urdf" in refused(
-        "convert", target, source, "--force"
-    )

@@ -140,7 +140,7 @@ def test_robots_go_through_all_formats() -> None:
     first, second = (read_machine(name)[0] for name in ("arm.toml", "again.toml"))
     assert [row.name for row in first.joints] == [row.name for row in second.joints]
     said = refused("convert", "arm.urdf", "out.csv")
-    assert said == "out.csv: FILE: standard DH table files can be read, but not written: use .toml, .par or .urdf"
+    assert said == "out.csv: FILE: standard DH table files can be read, but not written: use .toml, .par, .urdf or .xml"
 
 
 def test_python_reads_robots_and_converts_them() -> None:

@@ -73,8 +73,72 @@ def test_what_is_asked_for_is_left_out_and_no_more() -> None:
         "convert", "arm.toml", "arm.urdf", "--drop", "rotors"
     )
     assert "--drop rotors" in refused("convert", "arm.toml", "arm.urdf", "--drop", "springs")
-    assert "--drop: there is no 'loops': choose from rotors, springs" in refused(
-        "convert", "arm.toml", "arm.urdf", "--drop", "loops"
+    assert "--drop: there is no 'bodies': choose from rotors, springs, loops" in refused(
+        "convert", "arm.toml", "arm.urdf", "--drop", "bodies"
     )
     assert run("convert", "stiff.toml", "same.toml", "--drop", "springs,rotors").stderr == ""
     assert se.read("same.toml").joints == se.read("stiff.toml").joints
+
+
+def test_without_loops_the_tree_is_left() -> None:
+    """Its torques are those of the tree in which all joints have motors; the frames that should meet are links."""
+    Path("bars.toml").write_text(FOUR_BAR)
+    assert "loop bars: URDF has no closed loops: write .toml, or leave them out by --drop loops" in refused(
+        "convert", "bars.toml", "bars.urdf"
+    )
+    ran = run("convert", "bars.toml", "bars.urdf", "--drop", "loops")
+    lines = [
+        "left out: the loops bars (pin and end), which are open: the frames in brackets should meet",
+        "joints of these loops without motors are driven as others are: rod, rocker",
+    ]
+    assert [line.removeprefix("note: ") for line in ran.stderr.splitlines()] == lines
+    text = Path("bars.urdf").read_text()
+    assert all(f"<!-- {line} -->" in text for line in lines)
+    Path("tree.toml").write_text(TREE)
+    state = np.array([0.3, -0.7, 0.5]), np.array([0.4, 1.1, 2.0]), np.array([-2.0, 0.6, 1.0])
+    of_robot, by_hand = (
+        se.load(se.read(path, warn=lambda _: None), "inverse_dynamics").inverse_dynamics(*state)[0]
+        for path in ("bars.urdf", "tree.toml")
+    )
+    np.testing.assert_allclose(of_robot, by_hand, rtol=1e-12)
+    assert {"pin", "end"} <= {joint.name for joint in se.read("bars.urdf", warn=lambda _: None).joints}
+
+
+FOUR_BAR = """
+name = "bars"
+gravity = [0, 0, -9.81]
+joints = [
+  { name = "crank",  kind = "motor",   sigma = 0, alpha = "pi/2", theta = "q1" },
+  { name = "rod",    kind = "passive", sigma = 0, d = 0.15, theta = "q2" },
+  { name = "rocker", antecedent = 0, kind = "passive", sigma = 0, alpha = "pi/2", d = 0.5, theta = "q3" },
+  { name = "pin",    antecedent = "rod", kind = "cut", sigma = 0, d = 0.45, theta = "q4" },
+  { name = "end",    antecedent = "rocker", kind = "fixed", d = 0.3 },
+]
+[loops]
+bars = { cut = "pin", meets = "end", start = { q1 = 1.0, q2 = -0.6, q3 = 1.6 } }
+[bodies]
+crank  = { mass = 1, center_of_mass = [0.07, 0, 0], inertia = [0.001, 0.003, 0.003] }
+rod    = { mass = 1, center_of_mass = [0.22, 0, 0], inertia = [0.001, 0.02, 0.02] }
+rocker = { mass = 1, center_of_mass = [0.15, 0, 0], inertia = [0.001, 0.01, 0.01] }
+"""
+TREE = (
+    FOUR_BAR.replace("passive", "motor")
+    .replace('kind = "cut", sigma = 0, d = 0.45, theta = "q4"', 'kind = "fixed", d = 0.45')
+    .replace("[loops]", "")
+    .replace("bars = {", "# ")
+)
+
+
+def test_springs_beside_motors_are_left_out_and_the_motors_stay() -> None:
+    """MJCF has both on a joint; its table has a loop for each spring, which goes with it."""
+    pytest.importorskip("mujoco")
+    from tests.formats.robots.mjcf_samples import SPRUNG_MOTORS
+
+    turned = SPRUNG_MOTORS.replace("1 -2 -9", "0 0 -9.81")
+    Path("sprung.xml").write_text(turned)
+    Path("bare.xml").write_text(turned.replace('stiffness="40"', "").replace('stiffness="200"', ""))
+    ran = run("convert", "sprung.xml", "sprung.urdf", "--drop", "springs,rotors")
+    assert "left out: the springs of j1_spring, j2_spring, j3_spring;" in ran.stderr
+    run("convert", "bare.xml", "bare.urdf", "--drop", "rotors")
+    first, second = (se.read(path, warn=lambda _: None) for path in ("sprung.urdf", "bare.urdf"))
+    assert first.joints == second.joints and not first.loops

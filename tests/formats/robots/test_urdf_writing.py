@@ -128,7 +128,10 @@ def test_links_of_the_base_have_names_that_are_free() -> None:
         (RIGID.replace("motor", "passive"), "joint 1 (a), kind: passive: URDF cannot say which joint has no motor"),
         (RIGID + "[motors]\nb = { rotor_inertia = 1 }\n", "joint 2 (b), rotor_inertia: URDF has no rotors"),
         (RIGID + "[wrenches]\nb = { force = [0, 1, 0] }\n", "joint 2 (b), force y: URDF has no forces on bodies"),
-        (RIGID + "[friction]\na = { coulomb = 1, creep = 0.1 }\n", "joint 1 (a), creep: URDF has no such friction"),
+        (
+            RIGID + "[friction]\na = { coulomb = 1, creep = 0.1 }\n",
+            "joint 1 (a), creep velocity: URDF has no creep velocities",
+        ),
         (RIGID + "[base]\nvelocity = [0, 1, 0]\n", "velocity y: URDF has no moving base"),
         (RIGID.replace("-9.81", "9.81"), "gravity: it is [0, 0, 9.81], but readers of URDF take [0, 0, -9.81]"),
         (RIGID + "[bodies]\nb = { mass = 0, first_moments = [1, 0, 0] }\n", "joint 2 (b): first moments without mass"),

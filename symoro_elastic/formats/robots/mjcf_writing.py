@@ -1,0 +1,263 @@
+"""A machine as MJCF: a body for each link that moves, exact for trees, loops as equality constraints.
+
+Frames of bodies are those of the table; a link without mass has its joint on the body that it carries, as MuJoCo needs
+mass on what moves. Torques of motors act on the joints; rotors are armatures, reflected. Joints of loops have the start
+of their loop as `ref`, so that MuJoCo begins there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from symoro_elastic.formats.robots.displacements import ROUNDING, about_z
+from symoro_elastic.formats.robots.joint_tree import Tree, tree_of
+from symoro_elastic.formats.robots.modified_dh import together
+from symoro_elastic.formats.robots.numbered import Holds, notes_of, numbers_text, robot_of, size_of
+from symoro_elastic.formats.robots.robot import Connection, Description, Holding, JointType, Link, LinkJoint, Placement
+from symoro_elastic.formats.robots.urdf_writing import rpy_of
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.limits import Range
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import distinct, quote
+from symoro_elastic.machine.springs_beside_motors import with_springs_in_motors
+
+WORLD = "world"
+LEAST = 1e-14
+"""Mass, kg, and moment of inertia, kg m2, that MuJoCo takes of a body that moves."""
+FLAT = 1e-14
+"""Part of the trace that is added to moments of inertia of flat bodies, one of which is the sum of the others."""
+MOST_JOINTS, MOST_DEPTH = 6, 390
+"""On a body, and of bodies on each other: readers of XML stop at some depth."""
+FORCES = {
+    "stiffness": "stiffness",
+    "neutral": "springref",
+    "damping": "damping",
+    "rotor_inertia": "armature",
+    "friction": "frictionloss",
+}
+MJCF = Holds(
+    "MJCF",
+    lacks={"wrenches": "forces on bodies", "creep": "creep velocities", "sharing": "weights of shared torques"},
+    degree=4,
+    following="joints that follow one other by a polynomial up to the fourth power",
+    passive=True,
+    any_gravity=True,
+)
+
+
+def write(machine: Machine) -> str:
+    """The MJCF text of a machine; raises `InputError` that names the joint, the cell or the parameter."""
+    robot = robot_of(with_springs_in_motors(machine), MJCF)
+    return _Writer(robot, tree_of(robot, machine.label), machine.label).text
+
+
+@dataclass(frozen=True, eq=False)
+class _Writer:
+    """A robot on the way to MJCF."""
+
+    robot: Description
+    tree: Tree
+    source: str
+
+    @cached_property
+    def text(self) -> str:
+        root = Element("mujoco", model=self.robot.name)
+        lost = [*filter(None, map(_lost_limits, self.tree.moving))]
+        root.extend(map(Comment, (*notes_of(self.robot), *lost)))
+        SubElement(root, "compiler", angle="radian", eulerseq="XYZ")
+        SubElement(root, "option", gravity=numbers_text(self.robot.gravity))
+        world = SubElement(root, "worldbody")
+        on = {"": self._base(world)}
+        self._add_frames(on[""], None)
+        depth = {"": 0}
+        for group in self.groups:
+            carrier, name = self.tree.carrier(group[0]), group[-1].name
+            carried = carrier.name if carrier else ""
+            depth[name] = depth[carried] + 1
+            if depth[name] > MOST_DEPTH:
+                raise self._error(name, f"more than {MOST_DEPTH} bodies carry each other: MJCF is not read so deep")
+            on[name] = self._add_body(on[carried], group)
+        equality = Element("equality")
+        for joint in self.tree.moving:
+            self._add_law(equality, joint)
+        for connection in self.robot.connections:
+            self._add_loop(equality, connection, on)
+        root.extend([equality] if len(equality) else [])
+        actuators = Element("actuator")
+        for joint in self.tree.moving:
+            torque = {"ctrlrange": _ends(joint.limits.torque)} if joint.limits.torque else {}
+            if joint.driven:
+                SubElement(actuators, "motor", {"name": joint.name, "joint": joint.name, **torque})
+        root.extend([actuators] if len(actuators) else [])
+        indent(root)
+        return tostring(root, encoding="unicode") + "\n"
+
+    def _base(self, world: Element) -> Element:
+        """What carries the joints on the base: the world, or the body that floats in it."""
+        if not self.tree.floating:
+            return world
+        body = SubElement(world, "body", name=self.tree.frame_0)
+        SubElement(body, "freejoint", name=self.tree.floating.name)
+        self._add_inertia(body, together(self.tree.links_on(None)), "base")
+        return body
+
+    @cached_property
+    def groups(self) -> list[list[LinkJoint]]:
+        """The joints on each body: one, behind those of links without mass that carry nothing else."""
+        found: list[list[LinkJoint]] = []
+        for joint in self.tree.moving:
+            carrier = self.tree.carrier(joint)
+            if found and carrier and found[-1][-1] is carrier and self._is_massless(carrier):
+                found[-1].append(joint)
+            else:
+                found.append([joint])
+        for group in found:
+            if len(group) > MOST_JOINTS:
+                what = f"{len(group)} joints in a row have no mass between them: MuJoCo takes {MOST_JOINTS}"
+                raise self._error(group[-1].name, what)
+        return found
+
+    def _is_massless(self, joint: LinkJoint) -> bool:
+        """Whether a link without mass carries one joint and no frames: then both joints can be on one body."""
+        link = together(self.tree.links_on(joint))
+        bare = not link.mass and not link.inertia.any() and not link.center.any()
+        return bare and len(self.tree.carried_joints[joint.name]) == 1 and joint.name not in self._with_frames
+
+    @cached_property
+    def _with_frames(self) -> set[str]:
+        """Names of joints whose links have ends of loops or frames that are leaves."""
+        ends = {link for one in self.robot.connections for link in (one.first, one.second)}
+        owners = [self.tree.carrying[name].joint for name in (*ends, *(joint.child for joint in self.tree.leaves))]
+        return {joint.name for joint in owners if joint}
+
+    def _error(self, name: str, what: str) -> InputError:
+        return InputError(self.source, f"joint {quote(name)}", what)
+
+    @cached_property
+    def references(self) -> dict[str, float]:
+        """The position, rad or m, of each joint in which the file places the bodies: the start of its loops, or 0."""
+        start = {name: x for one in self.robot.connections for name, x in one.start.items()}
+        for joint in self.tree.moving:
+            if joint.follows:
+                start[joint.name] = float(_law(joint)(start.get(joint.follows.joint, 0.0)))
+        return start
+
+    def _moved(self, joint: LinkJoint) -> Placement:
+        """Placement of a link's frame, in that which its joint has at position 0, in the reference."""
+        x = self.references.get(joint.name, 0.0)
+        return about_z(0.0, x) if joint.type is JointType.PRISMATIC else about_z(x, 0.0)
+
+    def _add_body(self, carrier: Element, group: list[LinkJoint]) -> Element:
+        """A body with its joints, its inertia and its frames; returns it."""
+        after = [self._moved(group[0])]
+        for joint in group[1:]:
+            after.append(after[-1] * self.tree.seat(joint) * self._moved(joint))
+        own = group[-1]
+        body = SubElement(carrier, "body", self._placed(own.child, self.tree.seat(group[0]) * after[-1]))
+        for joint, moved in zip(group, after, strict=True):
+            at = after[-1].inverse * moved
+            point, axis = plain(at.translation, self.size), plain(at.rotation @ joint.axis)
+            SubElement(body, "joint", _attributes(joint, point, axis, self.references.get(joint.name, 0.0)))
+        self._add_inertia(body, together(self.tree.links_on(own)), own.name)
+        self._add_frames(body, own)
+        return body
+
+    @cached_property
+    def size(self) -> float:
+        """The largest distance of a joint from the one before, m."""
+        return size_of(self.robot)
+
+    def _placed(self, name: str, at: Placement) -> dict[str, str]:
+        """The name of a body or site, which is not that of the world, and its placement: what is zero is left out."""
+        point, angles = plain(at.translation, self.size), plain(np.array(rpy_of(at.rotation)))
+        found = {"name": distinct(name, (WORLD,))} | ({"pos": numbers_text(point)} if point.any() else {})
+        return found | ({"euler": numbers_text(angles)} if angles.any() else {})
+
+    def _add_frames(self, body: Element, joint: LinkJoint | None) -> None:
+        """The leaves on a body as bodies without joints."""
+        for leaf in self.tree.leaves:
+            if self.tree.carrier(leaf) is joint:
+                SubElement(body, "body", self._placed(leaf.child, self.tree.seat(leaf)))
+
+    def _add_inertia(self, body: Element, link: Link, name: str) -> None:
+        principal = np.linalg.eigvalsh(link.inertia)
+        place, trace = f"joint {quote(name)}" if name != "base" else "base", principal.sum()
+        if link.mass < LEAST or principal[0] < LEAST:
+            what = "mass and principal moments of inertia of what moves must be positive for MuJoCo"
+            raise InputError(self.source, place, f"{what}: give its body, or one fixed to it, some")
+        if principal[2] - principal[0] - principal[1] > FLAT * trace:
+            what = f"moments {principal[0]:g}, {principal[1]:g} and {principal[2]:g} kg m2 about its centre of mass"
+            raise InputError(self.source, place, f"{what} are not those of a body, and MuJoCo refuses them")
+        flat = principal[0] + principal[1] - principal[2] < FLAT * trace
+        inertia = link.inertia + flat * FLAT * trace * np.eye(3)
+        entries = [inertia[i, k] for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+        moments = {"fullinertia": entries} if any(entries[3:]) else {"diaginertia": entries[:3]}
+        given: dict[str, Any] = {"pos": link.center, "mass": [link.mass], **moments}
+        SubElement(body, "inertial", {key: numbers_text(numbers) for key, numbers in given.items()})
+
+    def _add_law(self, equality: Element, joint: LinkJoint) -> None:
+        """The constraint of a joint that follows another: a polynomial of the distance from its reference."""
+        if not joint.follows:
+            return
+        law = _law(joint)(Polynomial([self.references.get(joint.follows.joint, 0.0), 1.0]))
+        law.coef[0] -= self.references[joint.name]
+        coefficients = numbers_text([*law.coef, *[0.0] * (5 - len(law.coef))])
+        names = {"name": f"{joint.name}_follows", "joint1": joint.name, "joint2": joint.follows.joint}
+        SubElement(equality, "joint", names | {"polycoef": coefficients})
+
+    def _add_loop(self, equality: Element, connection: Connection, on: dict[str, Element]) -> None:
+        """The constraint of a loop, between sites: of points, or of frames; two points make a hinge."""
+        kinds = {Holding.FRAME: "weld"}
+        along = about_z(0.0, self.size)
+        shifts = {"": Placement(), **({"_axis": along} if connection.holding is Holding.AXIS else {})}
+        for suffix, shift in shifts.items():
+            name = connection.name + suffix
+            for end, link, at in (
+                ("cut", connection.first, connection.on_first),
+                ("end", connection.second, connection.on_second),
+            ):
+                carried = self.tree.carrying[link]
+                owner = on[carried.joint.name if carried.joint else ""]
+                owner.insert(0, Element("site", self._placed(f"{name}_{end}", carried.placement * at * shift)))
+            given = {"name": name, "site1": f"{name}_cut", "site2": f"{name}_end"}
+            SubElement(equality, kinds.get(connection.holding, "connect"), given)
+
+
+def _law(joint: LinkJoint) -> Polynomial:
+    """The position of a joint that follows another, by the position of that."""
+    assert joint.follows
+    return Polynomial([joint.follows.offset, joint.follows.multiplier, *joint.follows.powers])
+
+
+def _attributes(joint: LinkJoint, point: Array, axis: Array, reference: float) -> dict[str, str]:
+    """A joint in MJCF: what is zero is left out."""
+    kind = "slide" if joint.type is JointType.PRISMATIC else "hinge"
+    forces: dict[str, Any] = {key: getattr(joint, name) for name, key in FORCES.items()}
+    forces = {"ref": reference, **forces}
+    found = {"name": joint.name, "type": kind, "axis": numbers_text(axis)}
+    found |= {"pos": numbers_text(point)} if point.any() else {}
+    found |= {"range": _ends(joint.limits.position)} if joint.limits.position else {}
+    return found | {key: numbers_text([x]) for key, x in forces.items() if x}
+
+
+def _ends(limits: Range) -> str:
+    return numbers_text([limits.low, limits.high])
+
+
+def _lost_limits(joint: LinkJoint) -> str:
+    """A comment on limits that MJCF has not."""
+    names = ("velocity", "acceleration") if joint.driven else ("velocity", "acceleration", "torque")
+    lost = [name for name in names if getattr(joint.limits, name) is not None]
+    return f" left out: limits of {' and '.join(lost)} of {joint.name} " if lost else ""
+
+
+def plain(numbers: Array, size: float = 1.0) -> Array:
+    """Numbers without what rounding leaves of a zero, where others are of this size."""
+    return np.where(np.abs(numbers) <= ROUNDING * size, 0.0, numbers)
