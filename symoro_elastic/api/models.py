@@ -16,7 +16,7 @@ from symoro_elastic.api.rows import EFFORTS, MachineLike, Values, certified_name
 from symoro_elastic.api.scenes import SceneRequest, in_tolerance, scene_for
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain, tool_chain
-from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, TARGET_NAMES, TARGETS
 from symoro_elastic.codegen.targets.c import C
@@ -154,37 +154,47 @@ def certify(machine: MachineLike, options: Certifying) -> Certificates:
 
 @dataclass(frozen=True, repr=False)
 class Equations(Shown):
-    """The equations of one model of a machine, in the order of evaluation."""
+    """The equations of models of a machine, each in the order of evaluation.
+
+    `models` are their names.
+    """
 
     package: Package
     machine: Machine
+    models: tuple[str, ...]
 
     @property
     def headline(self) -> str:
-        """Machine and model."""
-        return f"Equations of {self.package.name}: {self.model}"
+        """Machine and models."""
+        return f"Equations of {self.package.name}: {', '.join(self.models)}"
 
     def _repr_html_(self) -> str:
         """Return the page in a frame of its own."""
         return inline_page(self.html)
 
     def _repr_latex_(self) -> str:
-        """Return the equations as one array; written out where they are short."""
+        """Return the equations as one array for each model; written out where they are short."""
         from symoro_elastic.pages.equations.page import latex_equations
 
-        return latex_equations(self.package, self.package.functions[0])
+        return "\n\n".join(latex_equations(self.package, function) for function in self.functions)
 
     @property
     def model(self) -> str:
-        """Name of the model."""
-        return self.package.functions[0].name
+        """Name of the first model."""
+        return self.models[0]
+
+    @property
+    def functions(self) -> tuple[Function, ...]:
+        """Their programs."""
+        by_name = {function.name: function for function in self.package.functions}
+        return tuple(by_name[name] for name in self.models)
 
     @cached_property
     def latex(self) -> str:
         """A standalone LaTeX document; it needs amsmath and geometry."""
         from symoro_elastic.pages.equations.page import latex_document
 
-        return latex_document(self.package, self.package.functions[0])
+        return latex_document(self.package, *self.functions)
 
     @cached_property
     def html(self) -> str:
@@ -192,7 +202,7 @@ class Equations(Shown):
         from symoro_elastic.pages.drawing.svg import svg_for_light_paper
         from symoro_elastic.pages.equations.page import html_page
 
-        return html_page(self.package, self.package.functions[0], svg_for_light_paper(self.machine))
+        return html_page(self.package, *self.functions, picture=svg_for_light_paper(self.machine))
 
     def write(self, path: str | Path, *, force: bool = False) -> Path:
         """Write a .tex, .html or .pdf file (by LaTeX), and return its path; raises `InputError`."""
@@ -208,11 +218,16 @@ class Equations(Shown):
 
 @operation(Writing)
 def equations(machine: MachineLike, options: Writing) -> Equations:
-    """Return the equations of a model with its intermediate variables, as LaTeX and as a page. Raises `InputError`."""
+    """Return the equations of models with their intermediate variables, as LaTeX and as a page.
+
+    `model` is a name or a list of names: several are written on one page. Raises `InputError`.
+    """
     whole = the_machine(machine)
-    models = (options.model,) if options.model else ()
+    models = (options.model,) if isinstance(options.model, str) else tuple(options.model)
+    models = tuple(name for name in dict.fromkeys(models) if name)
     scene = SceneRequest(models, options.fold, options.only).of(whole, options.scene)
-    return Equations(pipeline.programs(whole, scene, options.announce).package, restrict(whole, scene))
+    package = pipeline.programs(whole, scene, options.announce).package
+    return Equations(package, restrict(whole, scene), models or (package.functions[0].name,))
 
 
 @operation_on_models(Trading)

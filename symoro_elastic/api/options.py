@@ -186,9 +186,10 @@ class Certifying(RequestedModels):
 class Writing(Requested, kw_only=False):
     """Equations that are written out."""
 
-    model: str = option(
-        "", "NAME", "Model to write out (default: the first of the scene, else direct_dynamics).", names=model_names
-    )
+    model: Sequence[str] = option(
+        (), "NAME", "Model to write out; several make one page (default: the first of the scene, else "
+        "direct_dynamics).", kinds.TEXTS, names=model_names,
+    )  # fmt: skip
     _: KW_ONLY
     announce: Announce = announce_row()
 

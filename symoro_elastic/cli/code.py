@@ -203,9 +203,9 @@ class Document(Options):
 @takes(Document, "document")
 @writes
 def equations(machine: str, options: Writing, document: Document) -> None:
-    """Write the equations of a model as LaTeX, HTML or PDF.
+    """Write the equations of models as LaTeX, HTML or PDF.
 
-    With their intermediate variables, in the order of evaluation.
+    With their intermediate variables, in the order of evaluation; several models make one page.
     """
     from symoro_elastic.api import models as api
     from symoro_elastic.pages.equations.pdf import find_engine, pdf
@@ -220,7 +220,7 @@ def equations(machine: str, options: Writing, document: Document) -> None:
         text, out = written.html if document.form == "html" else written.latex, document.out
         if document.form == "pdf":
             announce("compile")
-            out = str(pdf(text, Path(out or f"{whole.name}_{written.model}.pdf")))
+            out = str(pdf(text, Path(out or f"{whole.name}_{'_'.join(written.models)}.pdf")))
     if out is None:
         click.echo(text, nl=False)
         return

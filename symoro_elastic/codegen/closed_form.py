@@ -95,7 +95,7 @@ def affordable(asked: Iterable[Expression]) -> list[Expression]:
 def closed_equations(package: Package, function: Function, notation: Notation) -> list[Equation]:
     """The results of a function that can be written out, entries that are equal in one line.
 
-    Matrices of a stack are whole or left out.
+    A vector or matrix is written whole, too, where it is short. Matrices of a stack are whole or left out.
     """
     forms = closed_forms(function.program.outputs, notation)
     lines: list[Equation] = []
@@ -108,6 +108,8 @@ def closed_equations(package: Package, function: Function, notation: Notation) -
             if isinstance(x, Expression) and x.operation != SYMBOL and x.id in forms:
                 lefts.setdefault(x.id, []).append(symbol)
         lines += [Equation(" = ".join(symbols), forms[key].latex) for key, symbols in lefts.items()]
+        if len(array.entries) > 1 and lefts:
+            lines += _matrices(array, forms)
     return lines
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.codegen.closed_form import closed_equations, closed_forms
 from symoro_elastic.codegen.latex import arrays, number, solution
 from symoro_elastic.codegen.notation import Notation
@@ -26,6 +27,7 @@ from symoro_elastic.pages.equations.pdf import ENGINES, pdf
 from symoro_elastic.quantities import INTERMEDIATES
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Expression
+from tests.command_line import run
 from tests.counted_calls import calls_of
 from tests.generated_code import ALL_MODELS
 from tests.pages.document_readers import Page, Reader
@@ -417,3 +419,37 @@ def test_documents_compile_until_page_numbers_are_right(name, model, tmp_path, m
     options, runs = ENGINES["pdflatex"]
     monkeypatch.setitem(ENGINES, "pdflatex", (options, runs + 1))
     assert first == pdf(tex, tmp_path / "b.pdf").read_bytes()
+
+
+SEVERAL = ("inertia_matrix", "bias_forces", "inverse_dynamics")
+
+
+def test_several_models_are_on_one_page(tmp_path):
+    """Each with its own summary and places; links of a model lead to its own lines."""
+    alone = [se.equations("examples/planar_2r.toml", name) for name in SEVERAL]
+    together = se.equations("examples/planar_2r.toml", SEVERAL)
+    assert together.models == SEVERAL and together.headline == f"Equations of planar_2r: {', '.join(SEVERAL)}"
+    page = Page(html_page(together.package, *together.functions))
+    assert {reference[1:] for reference in page.references} <= set(page.ids)
+    assert len(page.ids) == len(set(page.ids))
+    assert sorted(set(page.ids)) == sorted(
+        [f"{name}-{place}" for name, one in zip(SEVERAL, alone, strict=True) for place in Page(html_page(one.package, *one.functions)).ids]
+        + [f"{name}-model" for name in SEVERAL]
+    )
+    for one in alone:
+        assert all(line in together.latex for line in one.latex.splitlines() if line.startswith(r"\eqline"))
+    assert together.latex.count(r"\section{Symbols}") == 3
+    file = tmp_path / "eq.html"
+    flags = [word for name in SEVERAL for word in ("--model", name)]
+    run("equations", "examples/planar_2r.toml", *flags, "--out", file)
+    assert file.read_text() == together.html
+
+
+def test_short_matrices_are_written_whole_with_their_cost_below():
+    """A(q) and H(q, qd) of two links, and what the steps below take."""
+    for name, whole in (("inertia_matrix", "A"), ("bias_forces", "H")):
+        latex = se.equations("examples/planar_2r.toml", name).latex
+        written = latex.partition(r"\section{Written out}")[2].partition(r"\section")[0]
+        lines = [line for line in written.splitlines() if line]
+        assert lines[-2].startswith(rf"\eqline{{{whole}}}{{\begin{{pmatrix}}")
+        assert lines[-1].startswith(r"\medskip Computed by the equations below: ")

@@ -68,9 +68,9 @@ TEX = Markup(tex_text, str, str, "${}$".format, r"\textsuperscript{{{}}}")
 HTML = Markup(escape, mathml, _sum_of_pieces, mathml, "<sup>{}</sup>")
 
 
-def latex_document(package: Package, function: Function) -> str:
-    """Return a standalone LaTeX document with the equations of a function; it needs amsmath and geometry."""
-    return render("latex/equations.tex.j2", **content(package, function, TEX))
+def latex_document(package: Package, *functions: Function) -> str:
+    """Return a standalone LaTeX document with the equations of functions; it needs amsmath and geometry."""
+    return _document("latex/equations.tex.j2", "latex/equation_parts.tex.j2", package, functions, TEX)
 
 
 def latex_equations(package: Package, function: Function) -> str:
@@ -82,9 +82,20 @@ def latex_equations(package: Package, function: Function) -> str:
     return f"$\\displaystyle \\begin{{aligned}}\n{rows}\n\\end{{aligned}}$"
 
 
-def html_page(package: Package, function: Function, picture: str = "") -> str:
-    """Return a standalone web page with the equations of a function, as MathML, below a picture in SVG."""
-    return render("html/equations.html.j2", **content(package, function, HTML), picture=picture)
+def html_page(package: Package, *functions: Function, picture: str = "") -> str:
+    """Return a standalone web page with the equations of functions, as MathML, below a picture in SVG."""
+    return _document("html/equations.html.j2", "html/equation_parts.html.j2", package, functions, HTML, picture=picture)
+
+
+def _document(
+    template: str, parts: str, package: Package, functions: Sequence[Function], markup: Markup, **more: str
+) -> str:
+    """Return a document with the parts of each function; names of places begin with its name where there are more."""
+    prefixes = [f"{function.name}-" for function in functions] if len(functions) > 1 else [""]
+    models = [content(package, function, markup, p) for function, p in zip(functions, prefixes, strict=True)]
+    written = [{**model, "parts": render(parts, **model).strip("\n")} for model in models]
+    titles = ", ".join(function.title for function in functions)
+    return render(template, title=markup.text(f"{package.name}: {titles}"), models=written, **more)
 
 
 def content(package: Package, function: Function, markup: Markup, prefix: str = "") -> dict[str, Any]:
@@ -101,18 +112,22 @@ def content(package: Package, function: Function, markup: Markup, prefix: str = 
         "symbols": _symbols(function, solved, markup),
         "parameters": _parameters(package, function, solved, markup),
         "short": _lines(short, markup),
+        "cost": markup.text(f"Computed by the equations below: {_counts(function)}."),
         "chapters": chapters,
     }
     return with_links(found, prefix) if markup is HTML else found
 
 
 def _summary(package: Package, function: Function) -> list[str]:
-    program = function.program
-    counts = f"{count_text(program.count)} a call"
-    if program.once:
-        counts += f"; {count_text(program.count_once)} once for each parameter set"
-    lines = [f"Equations {function.equations}. {counts} (x products and divisions, + sums and differences)."]
+    lines = [f"Equations {function.equations}. {_counts(function)} (x products and divisions, + sums and differences)."]
     return lines + ([package.scene] if package.scene else [])
+
+
+def _counts(function: Function) -> str:
+    """Operations of a call, and those of each parameter set."""
+    program = function.program
+    once = f"; {count_text(program.count_once)} once for each parameter set" if program.once else ""
+    return f"{count_text(program.count)} a call{once}"
 
 
 def _lines(equations: Sequence[Equation], markup: Markup) -> list[dict[str, str]]:
