@@ -129,10 +129,6 @@ def _start(machine: Machine, loop: Loop) -> Iterator[Fault]:
     for name in loop.start:
         if name not in known:
             yield "start", f"no joint variable {quote(name)}{did_you_mean(name, sorted(known))}"
-    needed = [str(machine.joint(j).variable) for j in machine.with_variable_in(loop)]
-    missing = [name for name in needed if name not in loop.start]
-    if loop.start and missing:
-        yield "start", f"it misses {', '.join(missing)}: give one position of the whole loop, or leave start out"
 
 
 def _twice_dependent(machine: Machine) -> Iterator[Fault]:

@@ -204,6 +204,13 @@ class Machine(Shown):
         return tuple(j for j in self.with_variable if self.joint(j).variable in names)
 
     @cached_property
+    def not_started(self) -> tuple[int, ...]:
+        """Numbers of the joints of loops with a start that no start gives: these are found."""
+        given = {name for loop in self.loops for name in loop.start}
+        begun = {j for loop in self.loops if loop.start for j in self.with_variable_in(loop)}
+        return tuple(j for j in sorted(begun) if self.joint(j).variable not in given)
+
+    @cached_property
     def in_loops(self) -> frozenset[int]:
         """Numbers of the joints on whose variables those of some loop depend."""
         return frozenset(j for loop in self.loops for j in self.with_variable_in(loop))

@@ -89,6 +89,9 @@ def _loop_lines(machine: Machine, found: DescribedLoop) -> Iterator[str]:
     for name, text in found.maps.items():
         yield f"  {name} = {text}"
     yield f"  branch of start: {', '.join(f'{name} = {x + 0.0:.4g}' for name, x in found.start.items())}"
+    if found.found:
+        positions = ", ".join(f"{name} = {x + 0.0:.4g}" for name, x in found.found.items())
+        yield f"  found, as start does not give them: {positions}"
     yield f"  {found.dropped}{_undetermined(found, cut, end)}"
     yield f"  singular {found.singular}"
 
@@ -140,6 +143,7 @@ def _loop_json(machine: Machine, found: DescribedLoop) -> dict[str, Any]:
         "maps": found.maps,
         "dependent": _names(machine, plan.dependent),
         "start": found.start,
+        "found": found.found,
         "signs": {machine.joint(j or plan.loop.cut).name: sign for j, sign in plan.signs.items()},
         "equations": len(plan.kept) + len(plan.dropped),
         "dropped": len(plan.dropped),

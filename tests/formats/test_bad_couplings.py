@@ -258,10 +258,6 @@ BAD = [
     ),
     ('"q3", "rod"', '"rod", "rod"', "loop ring, dependent", "a joint is named twice"),
     # start
-    (
-        *("q3 = 1.5, q4 = 0, ", "", "loop ring, start"),
-        "it misses q3, q4: give one position of the whole loop, or leave start out",
-    ),
     ("q3 = 1.5", "q33 = 1.5", "loop ring, start", "no joint variable 'q33'; did you mean 'q3'?"),
     ("q3 = 1.5", 'q3 = "N3"', "loop ring, start, q3", "'N3' is not declared; did you mean 'N1'?"),
     ("q3 = 1.5", 'q3 = "1/0"', "loop ring, start, q3", "'1/0' has no value: it divides by zero"),

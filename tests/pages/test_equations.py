@@ -433,7 +433,11 @@ def test_several_models_are_on_one_page(tmp_path):
     assert {reference[1:] for reference in page.references} <= set(page.ids)
     assert len(page.ids) == len(set(page.ids))
     assert sorted(set(page.ids)) == sorted(
-        [f"{name}-{place}" for name, one in zip(SEVERAL, alone, strict=True) for place in Page(html_page(one.package, *one.functions)).ids]
+        [
+            f"{name}-{place}"
+            for name, one in zip(SEVERAL, alone, strict=True)
+            for place in Page(html_page(one.package, *one.functions)).ids
+        ]
         + [f"{name}-model" for name in SEVERAL]
     )
     for one in alone:

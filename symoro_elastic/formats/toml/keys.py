@@ -156,7 +156,11 @@ DEPENDENT = Key(
     otherwise="the passive joints of the loop",
 )
 START = Key(
-    *("start", keys.FORMULAS, "one rough position of the loop, by joint variable: it selects the branch"),
+    *(
+        "start",
+        keys.FORMULAS,
+        "one rough position of the loop, by joint variable: it selects the branch; joints that it leaves out are found",
+    ),
     "{ q2 = 1, q3 = 0.5 }",
     default={},
     otherwise="zero is tried",

@@ -27,6 +27,7 @@ class DescribedLoop:
     """One loop: its plan, and what there is to say.
 
     `maps` are angles as sums of angles by variable, `start` the assembled values of its dependent variables, rad or m,
+    `found` those of variables of its joints that no start gives, where some do;
     `dropped` what became of equations that follow from others, `undetermined` components of the reaction at the cut
     joint. `distance` from a singular position at the start is 1 at most, None where there is none.
     """
@@ -34,6 +35,7 @@ class DescribedLoop:
     plan: LoopPlan
     maps: dict[str, str]
     start: dict[str, float]
+    found: dict[str, float]
     dropped: str
     undetermined: tuple[str, ...]
     singular: str
@@ -66,11 +68,18 @@ def _described(machine: Machine, plan: Plan, one: LoopPlan) -> DescribedLoop:
         one,
         dict(_maps(machine, one)),
         {name: plan.positions[0][j] for name, j in variables.items()},
+        {str(machine.joint(j).variable): plan.positions[0][j] for j in _found(machine, one)},
         _dropped(one),
         tuple(COMPONENTS[row] for row in one.dropped),
         _singular(machine, plan, one),
         None if one.form in (Form.MAP, Form.ONE) else _distance(machine, plan, one),
     )
+
+
+def _found(machine: Machine, one: LoopPlan) -> list[int]:
+    """Numbers of the joints of a loop with a start that no start gives."""
+    around = machine.with_variable_in(one.loop) if one.loop.start else ()
+    return [j for j in machine.not_started if j in around]
 
 
 def _dropped(one: LoopPlan) -> str:

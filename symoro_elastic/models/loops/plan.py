@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -274,7 +274,7 @@ def _operations(tree: Tree, loop: Loop, dependent: Collection[int], view: int | 
 def assembled_start(machine: Machine, assembly: Assembly) -> Position:
     """The position where the loops close, near the start of the file; raises `InputError` where there is none."""
     parallelograms = _parallelograms(machine, assembly)
-    rough = _mapped_start(machine, assembly, parallelograms)
+    rough = _with_found(machine, assembly, _mapped_start(machine, assembly, parallelograms))
     _refuse_doubt(machine, assembly, rough, parallelograms)
     found, error = assembly.assembled_position(rough, machine.dependent)
     if not error < CLOSED:
@@ -351,16 +351,66 @@ def _refuse_doubt(machine: Machine, assembly: Assembly, rough: Position, paralle
             raise machine.error(f"loop {loop.name}", what)
 
 
-def _other_positions(machine: Machine, assembly: Assembly, rough: Position, dependent: Sequence[int]) -> list[Position]:
-    """Positions of the dependent joints in which the loops close, found from random guesses."""
+def _with_found(machine: Machine, assembly: Assembly, rough: Position) -> Position:
+    """The start with the joints that it does not give where its loops close.
+
+    Independent ones stay at zero; where the loops do not close so, they are moved as little as random guesses find.
+    Raises `InputError` where the loops close in several positions.
+    """
+    missing = [j for j in machine.not_started if j in machine.dependent]
+    others = [j for j in machine.not_started if j not in missing]
+    if not machine.not_started:
+        return rough
+    found = _near(machine, rough, _other_positions(machine, assembly, rough, missing, machine.dependent), others)
+    if not found and others:
+        moving = (*machine.dependent, *others)
+        closed = _near(machine, rough, _other_positions(machine, assembly, rough, machine.not_started, moving), others)
+        nearest = min(closed, key=lambda x: sum(x[j] ** 2 for j in others), default=rough)
+        rough = rough | {j: nearest[j] for j in others}
+        found = _near(machine, rough, _other_positions(machine, assembly, rough, missing, machine.dependent), others)
+    if len(found) > 1:
+        apart = next(j for j in missing if not _same(machine, found[0], found[1], [j]))
+        loop = next(loop for loop in machine.loops if loop.start and apart in machine.with_variable_in(loop))
+        variable = machine.joint(apart).variable
+        values = " or ".join(dict.fromkeys(f"{x[apart]:.2f}" for x in found))
+        what = f"the loops close in {len(found)} positions ({variable} = {values}): give {variable} there"
+        raise machine.error(f"loop {loop.name}, start", what)
+    return _within_half_turns(machine, found[0], missing) if found else rough
+
+
+def _within_half_turns(machine: Machine, position: Position, joints: Iterable[int]) -> Position:
+    """The position with angles of these joints within half a turn, where no other joint follows them."""
+    followed = {name for joint in machine.joints for name in joint.selected.names}
+    turning = [j for j in joints if machine.joint(j).sigma == 0 and machine.joint(j).variable not in followed]
+    return position | {j: math.remainder(position[j], 2 * math.pi) for j in turning}
+
+
+def _near(machine: Machine, rough: Position, found: Sequence[Position], free: Collection[int]) -> list[Position]:
+    """Positions in which the joints that starts give are roughly there."""
+    started = {name for loop in machine.loops for name in loop.start}
+    given = [j for name, j in machine.variables.items() if name in started and j not in free]
+    return [x for x in found if all(abs(x[j] - rough[j]) < ROUGH for j in given)]
+
+
+def _other_positions(
+    machine: Machine, assembly: Assembly, rough: Position, joints: Sequence[int], moving: Sequence[int] | None = None
+) -> list[Position]:
+    """Positions of joints in which the loops close, found from random guesses.
+
+    Guesses are of these joints, and Newton's method changes them, then the `moving` ones too; without `moving` all
+    dependent joints.
+    """
     source = random.Random(SEED)
+    guessed = machine.dependent if moving is None else joints
     found: list[Position] = []
     for _ in range(GUESSES):
-        guess = rough | {j: source.uniform(-math.pi, math.pi) for j in machine.dependent}
-        position, error = assembly.assembled_position(guess, machine.dependent)
-        if error < CLOSED and not any(_same(machine, position, other, dependent) for other in found):
+        guess = rough | {j: source.uniform(-math.pi, math.pi) for j in guessed}
+        if moving is not None:
+            guess, _ = assembly.assembled_position(guess, joints)
+        position, error = assembly.assembled_position(guess, machine.dependent if moving is None else moving)
+        if error < CLOSED and not any(_same(machine, position, other, joints) for other in found):
             found.append(position)
-    return sorted(found, key=lambda x: -x[dependent[0]])
+    return sorted(found, key=lambda x: -x[joints[0]]) if joints else found
 
 
 def _same(machine: Machine, one: Position, other: Position, joints: Sequence[int]) -> bool:
