@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     "--out",
     metavar="FILE",
     type=OutputFile(COLUMNS),
-    help="Save t, q_, qd_, qdd_, tau_ as identify and compare read them: .csv or .npz; numbered for several motions.",
+    help="Save t, q_, qd_, qdd_, tau_ as identify and compare read them, and power_, energy_: .csv or .npz; numbered "
+    "for several motions.",
 )
 @draws
 @writes
@@ -47,6 +48,7 @@ def simulate(machine: str, options: Simulating, out: str | None, plots: Plots, a
     from the tolerances of [wanted] (else a thousandth of the largest deviation from the motion without springs), the
     error is measured by halving the step. Exit code 1 where it is above a tolerance of [wanted].
     """
+    from symoro_elastic.analysis.simulation.views import record
     from symoro_elastic.analysis.time_series.writing import write_columns
 
     with _interruptible():
@@ -57,7 +59,7 @@ def simulate(machine: str, options: Simulating, out: str | None, plots: Plots, a
             with staged_progress("predict") as (announce, progress):
                 simulated.append(planned.run(reference, announce, progress))
     for path, one in zip(paths, simulated, strict=False):
-        write_columns(one.arrays(), path)
+        write_columns(record(one), path)
     _print(simulated, planned.wanted, paths, as_json)
     plots.write(partial(_figures, simulated))
     return int(bool(planned.request.tolerance) and not all(one.is_within for one in simulated))

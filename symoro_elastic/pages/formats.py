@@ -59,11 +59,11 @@ machine file to start from. `symoro-elastic schema machine` and `schema scene` p
 complete and check keys: Taplo and VS Code read `#:schema machine.schema.json` in the first line of a TOML file.
 
 Quantities are in SI units, angles in rad: where a unit reads "N m/rad or N/m", the first is that of a revolute, the
-second of a prismatic joint. In TOML a number may have a unit, `"120 kg"`, `"8 N/um"`, `"30 deg"`: it is converted, and
-checked by its dimension; units are products and powers of {", ".join(SI)}, with prefixes, and t, deg, rev, rpm, min, h,
-inch. A *formula* is a text such as `"L2*cos(pi/6) + 0.1"`: numbers, parameters, {PI[0]},
-`+ - * / ^`, brackets, and {", ".join(FUNCTIONS)}. A *name* begins with a letter; letters, digits and single
-underscores follow; words of the generated languages are refused.
+second of a prismatic joint. In TOML a number may have a unit, `"120 kg"`, `"8 N/um"`, `"30 deg"` or, as a table,
+`{{ value = 350, unit = "mm" }}`: it is converted, and checked by its dimension; units are products and powers of
+{", ".join(SI)}, with prefixes, and t, deg, rev, rpm, min, h, inch. A *formula* is a text such as
+`"L2*cos(pi/6) + 0.1"`: numbers, parameters, {PI[0]}, `+ - * / ^`, brackets, and {", ".join(FUNCTIONS)}. A *name* begins
+with a letter; letters, digits and single underscores follow; words of the generated languages are refused.
 
 Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
 `examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`, `examples/scenes/two_axis_move.toml`.

@@ -27,6 +27,11 @@ class Scaled:
         """The SI unit: `N m/rad`."""
         return unit_text(self.si)
 
+    @property
+    def is_si(self) -> bool:
+        """Whether nothing has to be converted."""
+        return self.factor == 1 and not self.pi
+
     def fits(self, units: str) -> bool:
         """Whether it is of the dimension of one of these units ("rad or m"), the rad beside others left out."""
         own = in_base_units(self.text)

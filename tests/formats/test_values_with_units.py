@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.formats.toml.with_units import in_si
+from symoro_elastic.formats import read_machine
+from symoro_elastic.formats.toml.with_units import NUMBER_AND_UNIT, in_si
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.quantities.scaled_units import PREFIXES, WORDS, scaled
@@ -157,3 +158,42 @@ def test_examples_hold_no_text_that_is_converted() -> None:
             except FormulaError:
                 continue
             assert in_si(word, "m", "f", "p") == word
+
+
+def test_a_value_and_its_unit_may_be_a_table(tmp_path: Path) -> None:
+    """Wherever "120 kg" may stand, in lists, in [wanted], and in [parameters], where the unit is kept."""
+    tables = MACHINE
+    for text in IN_SI:
+        number, unit = in_two(text)
+        tables = tables.replace(text, f'{{ value = {number}, unit = "{unit}" }}')
+    tables = tables.replace('{ value = { value = 1.5, unit = "t" }, unit = "kg" }', '{ value = 1.5, unit = "t" }')
+    assert not any(text in tables for text in IN_SI)
+    found, expected = read(tmp_path, tables), read(tmp_path, MACHINE)
+    assert found == expected and found.asked == expected.asked
+    assert [parameter.unit for parameter in found.parameters] == ["m", "kg", "N/m"]
+
+
+def in_two(text: str) -> tuple[str, str]:
+    found = NUMBER_AND_UNIT.fullmatch(text.strip('"'))
+    assert found
+    return found[1], found[2]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"120 kg"', '{ value = 120, unit = "m" }', "joint 1 (a), mass: '120 m' is in m, where kg is needed"),
+        ('"120 kg"', '{ value = 120, unit = "kgs" }', "(a), mass, unit: 'kgs' is not a product of known units"),
+        ('"120 kg"', '{ value = "M", unit = "kg" }', "(a), mass, value: must be a number: write { value = 350, unit"),
+        ('"120 kg"', "{ value = 120 }", "joint 1 (a), mass, unit: is missing"),
+        ('"120 kg"', '{ value = nan, unit = "kg" }', "joint 1 (a), mass, value: must be a number"),
+        ('"120 kg"', '{ value = 120, units = "kg" }', "mass, units: no such key here; did you mean 'unit'?"),
+        ('"12 kN/mm"', '{ value = "2*6", unit = "kN/mm" }', "parameter k: its unit is 'kN/mm', but values are not"),
+    ],
+)
+def test_tables_of_values_are_checked(old: str, new: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "u.toml"
+    path.write_text(MACHINE.replace(old, new), encoding="utf-8")
+    with pytest.raises(se.InputError) as error:
+        read_machine(path)
+    assert said in str(error.value)

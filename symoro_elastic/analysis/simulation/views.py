@@ -6,12 +6,13 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.energy_balance import EnergyBalance
+from symoro_elastic.analysis.simulation.energy_balance import FORMS, EnergyBalance
 from symoro_elastic.analysis.simulation.events import Crossing
 from symoro_elastic.analysis.simulation.periods import quantity
 from symoro_elastic.analysis.simulation.simulated import Simulation
 from symoro_elastic.analysis.simulation.tolerances import unit_of
 from symoro_elastic.analysis.time_series import writing
+from symoro_elastic.analysis.time_series.named_columns import ENERGY, POWER
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.results import Field, Part, Table, arrays_of, columns_of, declare, parts_of, table_of
@@ -31,6 +32,23 @@ def _step(found: Simulation) -> str:
 
 def _largest_deviation(found: Simulation) -> dict[str, float]:
     return dict(zip(found.names, abs(found.deviation).max(axis=0).tolist(), strict=True))
+
+
+def _motor_figures(found: Simulation) -> dict[str, dict[str, float]]:
+    """Return largest and effective torque, largest speed and power, and work of each motor, N m or N, W, J."""
+    _, rates = found.reference.of_motors(found.motion)
+    powers, t, figures = found.powers, found.motion.t, {}
+    trapezoid = for_vibrations("scipy.integrate").trapezoid
+    for m, motor in enumerate(found.reference.motors):
+        tau = found.motion.tau[:, m]
+        figures[motor] = {
+            "largest_torque": float(np.abs(tau).max()),
+            "effective_torque": float(np.sqrt(trapezoid(tau**2, t) / t[-1])),
+            "largest_speed": float(np.abs(rates[:, m]).max()),
+            "largest_power": float(np.abs(powers[:, m]).max()),
+            "work": float(trapezoid(powers[:, m], t)),
+        }
+    return figures
 
 
 declare(
@@ -54,6 +72,7 @@ declare(
     Field("predicted"),
     Field("within_tolerance", "is_within"),
     Field("largest_deviation", _largest_deviation),
+    Field("motors", _motor_figures),
     Field("energy"),
     Field("damped_above", "followed"),
     Field("largest_step"),
@@ -79,19 +98,16 @@ def _(found: Simulation) -> list[Part]:
 def _motors_table(found: Simulation) -> Table:
     """Return largest and effective torque, largest power and work of each motor, and its largest speed."""
     table = Table(("motor", "largest torque", "effective", "largest speed", "largest power, W", "work, J"))
-    _, rates = found.reference.of_motors(found.motion)
-    powers, t = found.powers, found.motion.t
-    trapezoid = for_vibrations("scipy.integrate").trapezoid
-    for m, joint in enumerate(found.reference.machine.motor_joints):
-        tau = found.motion.tau[:, m]
-        effective = np.sqrt(trapezoid(tau**2, t) / t[-1])
+    for joint, (torque, effective, speed, power, work) in zip(
+        found.reference.machine.motor_joints, map(dict.values, _motor_figures(found).values()), strict=True
+    ):
         table.add_row(
             joint.name,
-            f"{np.abs(tau).max():.4g} {joint.force_unit}",
+            f"{torque:.4g} {joint.force_unit}",
             f"{effective:.4g}",
-            f"{np.abs(rates[:, m]).max():.4g} {joint.unit}/s",
-            f"{np.abs(powers[:, m]).max():.4g}",
-            f"{trapezoid(powers[:, m], t):.4g}",
+            f"{speed:.4g} {joint.unit}/s",
+            f"{power:.4g}",
+            f"{work:.4g}",
         )
     return table
 
@@ -112,9 +128,15 @@ def _(found: Simulation) -> dict[str, Array]:
 
 @columns_of.register
 def _(found: Simulation) -> dict[str, Array]:
-    """Return the arrays, the powers of the motors, and the outputs."""
-    powers = dict(zip((f"power_{motor}" for motor in found.reference.motors), found.powers.T, strict=True))
-    return {**found.arrays(), **powers, **dict(zip(found.names, found.outputs.T, strict=True))}
+    """Return the arrays, powers and energies, and the outputs."""
+    return {**record(found), **dict(zip(found.names, found.outputs.T, strict=True))}
+
+
+def record(found: Simulation) -> dict[str, Array]:
+    """Return the columns of a file: the arrays, `power_` of the motors, W, and `energy_` of each form, J."""
+    powers = {f"{POWER}{motor}": x for motor, x in zip(found.reference.motors, found.powers.T, strict=True)}
+    energies = {f"{ENERGY}{form}": x for form, x in zip(FORMS, found.energy.energies.T, strict=True)}
+    return {**found.arrays(), **powers, **energies}
 
 
 def _of_dependent_motors(found: Simulation) -> Iterator[tuple[str, Array, list[str]]]:

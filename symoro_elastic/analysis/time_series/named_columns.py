@@ -32,6 +32,8 @@ COLUMN_UNITS = {
 SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 _HEADER = re.compile(r"(?P<name>[^\[\]]*?)\s*(?:\[(?P<unit>[^\[\]]*)\])?")
 _QUANTITY = re.compile(r"(?P<quantity>[qy]d*|tau)_(?P<joint>.+)")
+POWER, ENERGY = "power_", "energy_"
+"""Before the names of columns that simulations write and nobody reads."""
 _BLOCK = re.compile("[qy]d*|tau")
 
 
@@ -68,7 +70,7 @@ def named_columns(
         name, unit = (parts["name"], parts["unit"]) if parts else (header, None)
         key = _key(name, machine, source)
         if key is None:
-            warnings.append(f"column {header} is skipped")
+            warnings += [] if name.startswith((POWER, ENERGY)) else [f"column {header} is skipped"]
             continue
         if key in named:
             raise InputError(source, header, "is given twice, by name and by variable of the joint")

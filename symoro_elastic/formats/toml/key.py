@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.formats.toml.tables import Number, Table
+from symoro_elastic.formats.toml.tables import QUANTITY, Number, Table
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
 from symoro_elastic.machine.machine import NO_INERTIA, NO_VECTOR
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -19,15 +19,27 @@ FORMULA_CHARACTERS = r"^(?!.*[A-Za-z_]\s*\.)[-+*/^(),.A-Za-z0-9_\s]+$"
 NAME = r"^[A-Za-z](_?[A-Za-z0-9])*_?$"
 DEFINITIONS: Schema = {
     "formula": {
-        "anyOf": [{"type": "number"}, {"type": "string", "pattern": FORMULA_CHARACTERS, "maxLength": 1000}],
+        "anyOf": [
+            {"type": "number"},
+            {"type": "string", "pattern": FORMULA_CHARACTERS, "maxLength": 1000},
+            {"$ref": "#/$defs/quantity"},
+        ],
         "description": "a number, or a formula of numbers, parameters, pi, + - * / ^ and sin cos tan sqrt atan2",
     },
     "nonnegative": {
         "anyOf": [
             {"type": "number", "minimum": 0},
             {"type": "string", "pattern": FORMULA_CHARACTERS, "maxLength": 1000},
+            {"$ref": "#/$defs/quantity"},
         ],
         "description": "a number that is not negative, or a formula",
+    },
+    "quantity": {
+        "type": "object",
+        "properties": {"value": {"type": "number"}, "unit": {"type": "string"}},
+        "required": ["value", "unit"],
+        "additionalProperties": False,
+        "description": "a number and its unit, which is converted",
     },
     "name": {"type": "string", "pattern": NAME, "maxLength": 63},
     "names": {"type": "array", "items": {"type": "string"}},
@@ -174,7 +186,9 @@ def _numbers(table: Table, key: str) -> dict[str, float]:
 
 
 def _number_or_numbers(table: Table, key: str) -> float | dict[str, float]:
-    return (_numbers if isinstance(table.entries[key], dict) else _number)(table, key)
+    value = table.entries[key]
+    by_name = isinstance(value, dict) and value.keys() != {*QUANTITY}
+    return (_numbers if by_name else _number)(table, key)
 
 
 def _tensor(table: Table, key: str) -> tuple[Formula, ...]:

@@ -11,13 +11,14 @@ from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, referenc
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE
 from symoro_elastic.formats.toml.motion_keys import MOTIONS, OF_MOTION, WANTED
-from symoro_elastic.formats.toml.tables import Number, Table, is_not_finite
+from symoro_elastic.formats.toml.tables import Number, Table, is_not_finite, is_plain_number
 from symoro_elastic.formats.toml.with_units import unit_in
 from symoro_elastic.formats.toml.within import TOLERANCES_OF_SCENE
 from symoro_elastic.machine.columns import AXES, CENTRAL, Column, declared_columns
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Body, Closing, Joint, Kind, KnownOfBase, Orientation
 from symoro_elastic.machine.scene import ALL
+from symoro_elastic.quantities.scaled_units import scaled
 from symoro_elastic.quantities.time_steps import TimeStep
 
 
@@ -52,6 +53,8 @@ def _value_and_unit(table: Table, key: str) -> tuple[Formula | None, str]:
             raise entry.fail(VALUE.name, f"{value} is not finite: leave out what is not known")
     if is_not_finite(value) and "nan" in value:
         return None, unit
+    if is_plain_number(value) and (known := scaled(unit)) and not known.is_si:
+        value, unit = f"{value} {unit}".replace("_", ""), known.text
     if unit_of_value := unit_in(value) if keys.is_text(value) else None:
         unit = unit or unit_of_value.text
     return replace(table, units=unit).cell(value, key), unit
@@ -68,12 +71,12 @@ def _names_or_positions(table: Table, key: str) -> dict[str, Formula | None]:
     return dict.fromkeys(table.texts(key))
 
 
-VALUE = Key("value", keys.FORMULA, "value, in SI units", "0.35", otherwise="no value")
+VALUE = Key("value", keys.FORMULA, "value, in its unit", "0.35", otherwise="no value")
 UNIT = Key(
     "unit",
     keys.TEXT,
-    "unit in kg, m, s, rad, N, J, W, Pa, Hz, as in N m/rad: formulas are checked by it, and it is printed; other text "
-    'is printed only, but mm, deg and the like are refused: write them behind the value, as in value = "350 mm"',
+    "unit in kg, m, s, rad, N, J, W, Pa, Hz, as in N m/rad: formulas are checked by it, and it is printed; a number in "
+    "mm, deg and the like is converted, a formula in them is refused; other text is printed only",
     '"m"',
     default="",
     otherwise='""',

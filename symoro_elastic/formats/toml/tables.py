@@ -14,8 +14,11 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Vector3
 from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.quantities.scaled_units import scaled
 
 MAX_DOTS = 8
+QUANTITY = ("value", "unit")
+"""Keys of a number with its unit."""
 _STRING_OR_COMMENT = re.compile(
     r'"""(?:[^\\]|\\.)*?"""|' + r"'''.*?'''|" + r'"(?:[^"\\\n]|\\.)*"|' + r"'[^'\n]*'|#[^\n]*", re.DOTALL
 )
@@ -161,7 +164,9 @@ class Table:
         return x, y, z
 
     def cell(self, value: Any, key: str) -> Formula:
-        """A number or a formula."""
+        """A number or a formula, or a table of a value and its unit."""
+        if isinstance(value, dict):
+            value = self._with_unit(value, key)
         if isinstance(value, bool) or not isinstance(value, int | str):
             raise self.fail(key, "must be a number, or a formula in quotes")
         if is_not_finite(value):
@@ -171,6 +176,21 @@ class Table:
         elif isinstance(value, str):
             value = in_si(value, self.units, self.source, self.at(key))
         return formula(value, self.source, self.at(key))
+
+    def _with_unit(self, entries: dict[str, Any], key: str) -> str:
+        """The text of a number and its unit: { value = 350, unit = "mm" } is "350 mm"."""
+        entry = Table(entries, self.source, self.at(key)).only(QUANTITY)
+        value, unit = entries.get("value"), entry.text("unit")
+        if not is_plain_number(value):
+            raise entry.fail("value", 'must be a number: write { value = 350, unit = "mm" }, or "350 mm"')
+        if scaled(unit) is None:
+            raise entry.fail("unit", f"{quote(unit)} is not a product of known units")
+        return f"{value} {unit}".replace("_", "")
+
+
+def is_plain_number(value: Any) -> bool:
+    """Whether a value of a TOML text is a finite number, no text or formula."""
+    return isinstance(value, int | Number) and not isinstance(value, bool) and not is_not_finite(value)
 
 
 def is_not_finite(value: Any) -> bool:

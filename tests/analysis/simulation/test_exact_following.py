@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import symoro_elastic as se
+from symoro_elastic.analysis.time_series.named_columns import named_columns
 from tests.closed_chains.machines import FILES
 from tests.command_line import EXAMPLES, ended, refused, run
 
 pytest.importorskip("scipy")
 
 ARM = EXAMPLES / "planar_2r.toml"
+JOINTS = ("shoulder", "elbow")
 MOTION = {
     "duration": 1.0,
     "moves": [{"motor": "shoulder", "by": 0.5, "in": 0.8}, {"motor": "elbow", "by": -0.3, "in": 0.6}],
@@ -31,7 +34,7 @@ def test_torques_are_those_of_the_inverse_model() -> None:
     assert found.is_exact and found.is_within and not found.deviation.any()
     np.testing.assert_allclose(motion.q[[0, -1]], [[0.0, 0.0], [0.5, -0.3]], rtol=1e-14)
     np.testing.assert_array_equal(found.powers, motion.tau * motion.qd)
-    assert {"power_shoulder", "tau_elbow", "elbow.tau"} <= {*found.frame().columns}
+    assert {"power_shoulder", "tau_elbow", "elbow.tau", "energy_kinetic"} <= {*found.frame().columns}
 
 
 @pytest.mark.parametrize("machine", ["planar_2r", "delta", "five_bar"])
@@ -62,7 +65,21 @@ def test_the_command_writes_and_draws_it(tmp_path: Path, monkeypatch: pytest.Mon
     asked = ("simulate", ARM, "--scene", "move.toml")
     out = run(*asked, "--step", "0.01", "--out", "move.csv", "--plots", "plots").stdout
     assert "every joint is a motor that follows exactly" in out and "largest power, W" in out and "J put in" in out
-    assert len(Path("move.csv").read_text().splitlines()) == 102
+    header, *rows = Path("move.csv").read_text().splitlines()
+    assert len(rows) == 101
+    columns = dict(zip(header.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
+    ends = ["power_shoulder", "power_elbow", "energy_kinetic", "energy_gravity", "energy_elastic"]
+    assert [*columns][-5:] == ends
+    np.testing.assert_array_equal(columns["power_shoulder"], columns["tau_shoulder"] * columns["qd_shoulder"])
+    energy = se.load(ARM, "energy").energy(*(np.array([columns[f"{x}_{j}"][50] for j in JOINTS]) for x in ("q", "qd")))
+    assert [columns[name][50] for name in ends[2:]] == pytest.approx(energy, rel=1e-14)
+    (motion,) = json.loads(run(*asked, "--step", "0.01", "--json").stdout)["motions"]
+    shoulder = motion["motors"]["shoulder"]
+    assert shoulder["largest_torque"] == np.abs(columns["tau_shoulder"]).max()
+    assert shoulder["largest_power"] == np.abs(columns["power_shoulder"]).max()
+    assert shoulder["work"] == pytest.approx(motion["energy"]["put_in"], rel=1e-4)
+    record = named_columns(columns, se.read(ARM), "move.csv")
+    assert not record[1] and ("tau", "elbow") in record[0]
     assert {path.stem for path in Path("plots").iterdir()} == {"outputs", "torques", "powers", "energy"}
     assert ended(*asked, "--json").code == 0 and run(*asked, "--json").stdout.count('"method": "exact"') == 1
     assert "--adaptive: every joint is a motor that follows exactly" in refused(*asked, "--adaptive")
