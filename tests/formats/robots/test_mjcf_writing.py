@@ -239,3 +239,29 @@ def test_the_command_writes_notes_and_what_is_left_out(tmp_path: Path) -> None:
     assert "<!-- left out: the creep velocities of flange" in target.read_text()
     machine = se.read(target)
     assert machine.loops and machine.name == "palletizer"
+
+
+LIMITED = """
+[limits]
+a = { position = [-1, 2], velocity = 3, torque = [-5, 4] }
+b = { position = [-0.5, 0.5] }
+"""
+
+
+def test_limits_are_written_and_read_back(tmp_path: Path) -> None:
+    """Positions and torques of motors; a comment says what MJCF has not."""
+    machine = toml.read(ARM + LIMITED, "m.toml")
+    text = write(machine)
+    assert "<!-- left out: limits of velocity of a -->" in text
+    found = se.read(written_to(tmp_path, text), warn=lambda _: None).limits
+    assert (found.of("a").position, found.of("a").torque) == (
+        machine.limits.of("a").position,
+        machine.limits.of("a").torque,
+    )
+    assert found.of("b") == machine.limits.of("b") and found.of("a").velocity is None
+
+
+def written_to(folder: Path, text: str) -> Path:
+    file = folder / "limited.xml"
+    file.write_text(text, encoding="utf-8")
+    return file
