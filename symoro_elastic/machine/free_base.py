@@ -9,7 +9,8 @@ from dataclasses import replace
 
 from symoro_elastic.machine.described import AnyMachine, with_changed_scene
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import Joint, Kind, KnownOfBase
+from symoro_elastic.machine.machine import Joint, Kind, KnownOfBase, Machine
+from symoro_elastic.machine.names import distinct
 from symoro_elastic.machine.scene import COMPONENTS
 from symoro_elastic.quantities.frames import BASE
 
@@ -21,18 +22,17 @@ QUARTER = Formula.parse("pi/2")
 def with_base_coordinates(machine: AnyMachine) -> AnyMachine:
     """Return the machine on a base at rest, its six degrees of freedom being the first joints.
 
-    Each axis is the next of x, y, z: Rot(z, pi/2) Rot(x, pi/2) permutes them. Raises `InputError` for a joint
-    that has the name of the base.
+    Each axis is the next of x, y, z: Rot(z, pi/2) Rot(x, pi/2) permutes them. The row of its body is called `base`, but
+    `base_body` where a joint has that name.
     """
     if machine.floating is None:
         return machine
     if machine.floating.known is KnownOfBase.ACCELERATION:
         return replace(machine, floating=None)
-    if any(joint.name == BASE for joint in machine.joints):
-        what = f"on a floating base this name belongs to the base: choose another for the joint {BASE!r}"
-        raise machine.error("joints", what)
+    names = {joint.name for joint in machine.joints}
+    name = distinct(f"{BASE}_body", names) if BASE in names else BASE
     coordinates = [_coordinate(k, name) for k, name in enumerate(COORDINATES)]
-    base = Joint(BASE, len(coordinates), Kind.FIXED, 2, body=machine.floating.body)
+    base = Joint(name, len(coordinates), Kind.FIXED, 2, body=machine.floating.body)
     before = len(coordinates) + 1
     carried = [replace(joint, antecedent=joint.antecedent + before) for joint in machine.joints]
     loops = tuple(replace(loop, cut=loop.cut + before, meets=loop.meets + before) for loop in machine.loops)
@@ -40,6 +40,12 @@ def with_base_coordinates(machine: AnyMachine) -> AnyMachine:
     joints = (*coordinates, base, *carried)
     free = replace(machine, joints=joints, loops=loops, static=static, floating=None)
     return with_changed_scene(free, lambda _: None)
+
+
+def row_of_base(machine: Machine) -> int | None:
+    """Return the number of the row that carries the body of a base with coordinates; None where it has none."""
+    has_coordinates = machine.joints[:1] and machine.joint(1).name == COORDINATES[0]
+    return len(COORDINATES) + 1 if has_coordinates else None
 
 
 def with_given_acceleration(machine: AnyMachine) -> AnyMachine:

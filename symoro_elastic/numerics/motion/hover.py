@@ -10,6 +10,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Parameter, Vector3, Wrench
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -34,15 +35,16 @@ def with_thrusts(machine: Machine, thrusts: Thrusts) -> Machine:
     if not thrusts:
         return machine
     machine = with_base_coordinates(machine)
-    joints = {joint.name: joint for joint in machine.joints}
+    joints, frames = [*machine.joints], FrameNames(machine)
     for name in thrusts:
         frame, _, component = name.rpartition(".")
-        if frame not in joints or component not in WRENCH_INPUTS:
-            what = f"{quote(name)} is not FRAME.{'|'.join(WRENCH_INPUTS)}{did_you_mean(frame, joints)}"
+        number = frames.number(frame)
+        if number is None or component not in WRENCH_INPUTS:
+            what = f"{quote(name)} is not FRAME.{'|'.join(WRENCH_INPUTS)}{did_you_mean(frame, frames.own)}"
             raise machine.error(OPTION, what)
-        joints[frame] = _with_thrust(machine, joints[frame], WRENCH_INPUTS[component], name)
+        joints[number - 1] = _with_thrust(machine, joints[number - 1], WRENCH_INPUTS[component], name)
     named = tuple(Parameter(thrust_parameter(name), Formula.parse(x or 0.0)) for name, x in thrusts.items())
-    return replace(machine, joints=tuple(joints.values()), parameters=(*machine.parameters, *named))
+    return replace(machine, joints=tuple(joints), parameters=(*machine.parameters, *named))
 
 
 def _with_thrust(machine: Machine, joint: Joint, component: int, name: str) -> Joint:

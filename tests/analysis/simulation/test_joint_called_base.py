@@ -101,3 +101,33 @@ def test_every_reader_of_names_numbers_frames_alike() -> None:
 def test_an_unknown_frame_is_refused_with_those_that_there_are() -> None:
     with pytest.raises(se.InputError, match="no frame 'bass'; did you mean 'base'"):
         se.load(arm("turret"), "geometric_model", only={"geometric_model": ["tool in bass"]})
+
+
+def floating_arm(name: str) -> dict[str, object]:
+    body = {"mass": 20, "center_of_mass": [0, 0, 0.1], "inertia": [1, 2, 3]}
+    return arm(name) | {"base": {"floating": "rotation", "body": body}}
+
+
+def test_on_a_base_that_floats_small_motions_are_those_of_another_name() -> None:
+    """`base.x` and `base.fx` are of the base, `base.q` and `base.tau` of the joint, `joint base.wz` of its frame."""
+    found = [
+        se.linearize(
+            floating_arm(name),
+            hover=True,
+            inputs=["base.fx", f"joint {name}.fy", f"{name}.tau"],
+            outputs=["base.x", "base.wz", f"joint {name}.wz", f"{name}.q"],
+        )
+        for name in ("turret", "base")
+    ]
+    one, other = found
+    for key in ("M", "D", "K", "F", "Cq", "Cv"):
+        assert np.array_equal(getattr(one, key), getattr(other, key))
+    assert not np.array_equal(other.Cv[1], other.Cv[2])
+
+
+def test_modes_and_thrusts_on_such_a_base_too() -> None:
+    first, second = (se.modes(floating_arm(name), hold=["all"], hover=True) for name in ("turret", "base"))
+    assert np.array_equal(first.frequencies, second.frequencies)
+    thrusts = {"base.fz": None, "base.mx": None, "base.my": None}
+    one, other = (se.linearize(floating_arm(name), hold=["all"], thrusts=thrusts) for name in ("turret", "base"))
+    assert np.array_equal(one.K, other.K) and np.abs(one.K).max() > 0
