@@ -132,12 +132,15 @@ class _Numbers:
     def move(self, position: Mapping[str, float]) -> None:
         """Go to a position by variable."""
         self._known = {**self._values, **position}
+        self._A: Array | None = None
 
     @property
     def A(self) -> Array:
-        """The inertia matrix over the independent variables."""
-        k = self.machine.independent
-        return self.array([[self._inertia[i][j] for j in k] for i in k])
+        """The inertia matrix over the independent variables, computed once at a position."""
+        if self._A is None:
+            k = self.machine.independent
+            self._A = self.array([[self._inertia[i][j] for j in k] for i in k])
+        return self._A
 
     def velocity_forces(self, rates: Array) -> Array:
         """Coriolis and centrifugal forces, a column for each row of rates of the independent variables."""
