@@ -1,0 +1,180 @@
+"""Proven largest values of results over a box, and of the differences between two programs (lemma 4, `axes.py`)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.numerics.guarantees.cells import OUTWARDS, Search
+from symoro_elastic.numerics.guarantees.coefficients import Box
+from symoro_elastic.numerics.guarantees.degrees import NotPolynomial
+from symoro_elastic.numerics.guarantees.motion_extremes import signs_of
+from symoro_elastic.numerics.guarantees.surface import Surface, Target, numbers_in, parts, surface
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+
+CLOSENESS = 1.05
+RATIOS = (8, 24, 64)
+"""Points of grids over the order of the polynomial, from coarse to fine: factors of 1.08, 1.009, 1.001 an axis."""
+MOST_POINTS = 150_000
+SINGLE_UNIT = 2.0**-24
+
+
+@dataclass(frozen=True)
+class Largest:
+    """A proven bound of |f| over a box, the largest |f| found, and the state where; whether the bound is close enough.
+
+    `bound` is infinite, and `reason` says why, where f is no polynomial.
+    """
+
+    bound: float
+    found: float
+    state: Mapping[str, float] = field(default_factory=dict)
+    finished: bool = True
+    reason: str = ""
+
+
+def largest(
+    target: Target,
+    box: Box,
+    positions: Collection[str] = (),
+    *,
+    closeness: float = CLOSENESS,
+    seconds: float = math.inf,
+) -> Largest:
+    """Return a bound of the largest |f| over a box; variables in `positions` that are no angles are slides.
+
+    The work ends when the bound is at most `closeness` times a value that is taken on, but for what the surface leaves
+    out, or after so many seconds, with what is proven then. All other variables are taken as those of the motion.
+    """
+    if reason := _why_no_box(box):
+        return Largest(math.inf, 0.0, finished=False, reason=reason)
+    try:
+        found = surface(target, box, positions)
+    except NotPolynomial as error:
+        return Largest(math.inf, 0.0, finished=False, reason=str(error))
+    search, end = _Values(found), time.monotonic() + seconds
+    for _ in search.steps(closeness):
+        if time.monotonic() > end:
+            break
+    state = search.state(box)
+    close = search.upper <= closeness * search.lower
+    bound = (search.upper * search.scale + found.left_out) * OUTWARDS
+    return Largest(bound, value_at(target, state, box), state, close)
+
+
+def largest_of(
+    targets: Sequence[Target],
+    box: Box,
+    positions: Collection[str] = (),
+    *,
+    closeness: float = CLOSENESS,
+    seconds: float = math.inf,
+    progress: Progress = no_progress,
+) -> list[Largest]:
+    """Return `largest` of each target; they share the seconds."""
+    end = time.monotonic() + seconds
+    results = []
+    for done, target in enumerate(targets):
+        share = (end - time.monotonic()) / (len(targets) - done)
+        results.append(largest(target, box, positions, closeness=closeness, seconds=share))
+        progress(done + 1, len(targets))
+    return results
+
+
+def value_at(target: Target, state: Mapping[str, float], box: Box) -> float:
+    """Return |f| at a state, in double precision."""
+    symbols = {**numbers_in(box), **state}
+    values = [evaluate([x], symbols, FLOATS)(x) for x in parts(target)]
+    return abs(values[0] - values[1] if len(values) == 2 else values[0])
+
+
+def _why_no_box(box: Box) -> str:
+    for name, x in box.items():
+        if not (math.isfinite(x.low) and math.isfinite(x.high) and x.low <= x.high):
+            return f"the range of {name} is not one: {x.low} to {x.high}"
+    return ""
+
+
+class _Values(Search):
+    """Largest values of a surface, over `scale`, with grids in single precision; `place` is where `lower` was found."""
+
+    def __init__(self, found: Surface) -> None:
+        self.found, self.signs = found, signs_of(found.monomials)
+        self.scale = float(np.abs(found.coefficients).max()) or 1.0
+        points = {j: RATIOS[1] * m // (1 + found.axes[j].is_even) + 1 for j, m in enumerate(found.orders) if m}
+        order = sorted(points, key=lambda j: -points[j])
+        cut = next(k for k in range(len(order) + 1) if math.prod(points[j] for j in order[k:]) <= MOST_POINTS)
+        self.cut, self.gridded = order[:cut], order[cut:]
+        self.coefficients = self._arranged(found.coefficients / self.scale)
+        grids = [self._grids(ratio) for ratio in RATIOS]
+        self.grids = [one for k, one in enumerate(grids) if k == 0 or math.prod(map(len, one)) <= MOST_POINTS]
+        self.place: tuple[tuple[float, ...], int, int] = ((), 0, 0)
+        total = float(np.abs(self.coefficients).sum()) * OUTWARDS
+        axes, orders = [found.axes[j] for j in self.cut], [found.orders[j] for j in self.cut]
+        self.rounding = self._rounding(total)
+        factors = [OUTWARDS * math.cos(math.pi / ratio) ** -len(self.gridded) for ratio in RATIOS[: len(self.grids)]]
+        super().__init__(axes, orders, factors, total)
+
+    def value(self, middle: tuple[float, ...], grid: int, least: float) -> float:
+        values = self._in_cell(middle).astype(np.float32)
+        for phi, j in reversed([*zip(self.grids[grid], self.gridded, strict=True)]):
+            values = np.matmul(self._basis(j, phi).astype(np.float32), values)
+            values = values.reshape(*values.shape[:-2], -1)
+        best, where = self.signs.above(values.reshape(len(values), -1), least)
+        if where >= 0 and best > self.lower:
+            self.lower, self.place = best, (middle, grid, where)
+        return best + self.rounding
+
+    def state(self, box: Box) -> dict[str, float]:
+        """Return the state at which `lower` was found; what has no influence is in the middle of its range."""
+        middle, grid, where = self.place
+        found = self.found
+        phases = dict(zip(self.cut, middle or [0.0] * len(self.cut), strict=True))
+        indices = np.unravel_index(where, [len(phi) for phi in self.grids[grid]]) if self.gridded else ()
+        phases |= {j: phi[k] for j, phi, k in zip(self.gridded, self.grids[grid], indices, strict=True)}
+        positions = {axis.name: axis.middle for axis in found.axes}
+        positions |= {found.axes[j].name: float(found.axes[j].positions(np.float64(phi))) for j, phi in phases.items()}
+        values = found.coefficients
+        for j in reversed(range(len(found.axes))):
+            values = values @ self._basis(j, np.array(phases.get(j, 0.0)))
+        s = self.signs.worst(values, found.monomials, len(found.motion))
+        ranges = [box[name] for name in found.motion]
+        return positions | {
+            name: x.low + (x.high - x.low) * (1 + k) / 2 for name, x, k in zip(found.motion, ranges, s, strict=True)
+        }
+
+    def _arranged(self, coefficients: Array) -> Array:
+        """Return coefficients with the axes of cells first, then those of grids, then one for positions."""
+        kept = [*self.cut, *self.gridded]
+        others = [j for j in range(len(self.found.axes)) if j not in kept]
+        order = [0, *(j + 1 for j in (*kept, *others))]
+        moved = coefficients.transpose(order)
+        return moved.reshape(*moved.shape[: 1 + len(kept)], 1)
+
+    def _grids(self, ratio: int) -> list[Array]:
+        return [self.found.axes[j].grid(ratio, self.found.orders[j]) for j in self.gridded]
+
+    def _basis(self, j: int, phi: AnyArray) -> Array:
+        """Return the functions of an axis that are kept."""
+        axis = self.found.axes[j]
+        return np.compress(np.array(axis.orders) <= self.found.orders[j], axis.basis(phi), axis=-1)
+
+    def _in_cell(self, middle: Sequence[float]) -> Array:
+        """Return the coefficients of the grid's axes at the middle of a cell."""
+        values = self.coefficients
+        for j, phi in zip(self.cut, middle, strict=True):
+            values = np.tensordot(self._basis(j, np.array(phi)), values, axes=(0, 1))
+        return values
+
+    def _rounding(self, total: float) -> float:
+        """At least the rounding error of values: matrix products and sums in single precision, functions of the basis."""
+        sizes = sum(len(self.found.axes[j].orders) + 2 for j in (*self.cut, *self.gridded))
+        steps = sizes + 2 * len(self.found.monomials) + 16
+        basis = sum(axis.basis_error for axis in self.found.axes)
+        return (steps * SINGLE_UNIT * (1 + 1e-3) + 2 * basis) * total
