@@ -94,7 +94,9 @@ class Axis:
     def basis(self, phi: Array) -> Array:
         """Return the functions of the basis at these phi, (points, functions)."""
         if self.kind == TURN:
-            return np.stack([np.cos(k * phi) if j % 2 or not j else np.sin(k * phi) for j, k in self._numbered], axis=-1)
+            return np.stack(
+                [np.cos(k * phi) if j % 2 or not j else np.sin(k * phi) for j, k in self._numbered], axis=-1
+            )
         columns = [np.cos(k * phi) for k in range(len(self.orders))]
         if self.kind == ARC:
             cosine = np.sqrt(1 - (math.sin(self.half / 2) * np.cos(phi)) ** 2)
@@ -106,9 +108,9 @@ class Axis:
         return list(enumerate(self.orders))
 
     def positions(self, phi: Array) -> Array:
-        """Return x at these phi."""
+        """Return x, within the range, at these phi."""
         if self.kind == TURN:
-            return phi
+            return np.minimum(self.low + np.mod(phi - self.low, 2 * math.pi), self.high)
         if self.kind == SLIDE:
             return self.middle + self.half * np.cos(phi)
         return self.middle + 2 * np.arcsin(math.sin(self.half / 2) * np.cos(phi))
@@ -160,5 +162,5 @@ def axis_of(name: str, degree: int, low: float, high: float, *, angle: bool) -> 
     if not angle:
         return Axis(name, SLIDE, degree, low, high)
     if high - low >= 2 * math.pi * (1 - 1e-9):
-        return Axis(name, TURN, degree, 0.0, 2 * math.pi)
+        return Axis(name, TURN, degree, low, high)
     return Axis(name, ARC, degree, low, high)

@@ -19,8 +19,8 @@ from symoro_elastic.numerics.guarantees.surface import Surface, Target, numbers_
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 CLOSENESS = 1.05
-RATIOS = (8, 24, 64)
-"""Points of grids over the order of the polynomial, from coarse to fine: factors of 1.08, 1.009, 1.001 an axis."""
+RATIOS = (8, 12, 16, 24, 48, 96)
+"""Points of grids over the order of the polynomial, from coarse to fine: factors of 1.08 to 1.0005 an axis."""
 MOST_POINTS = 150_000
 SINGLE_UNIT = 2.0**-24
 
@@ -107,7 +107,7 @@ class _Values(Search):
     def __init__(self, found: Surface) -> None:
         self.found, self.signs = found, signs_of(found.monomials)
         self.scale = float(np.abs(found.coefficients).max()) or 1.0
-        points = {j: RATIOS[1] * m // (1 + found.axes[j].is_even) + 1 for j, m in enumerate(found.orders) if m}
+        points = {j: 24 * m // (1 + found.axes[j].is_even) + 1 for j, m in enumerate(found.orders) if m}
         order = sorted(points, key=lambda j: -points[j])
         cut = next(k for k in range(len(order) + 1) if math.prod(points[j] for j in order[k:]) <= MOST_POINTS)
         self.cut, self.gridded = order[:cut], order[cut:]
@@ -115,14 +115,14 @@ class _Values(Search):
         grids = [self._grids(ratio) for ratio in RATIOS]
         self.grids = [one for k, one in enumerate(grids) if k == 0 or math.prod(map(len, one)) <= MOST_POINTS]
         self.place: tuple[tuple[float, ...], int, int] = ((), 0, 0)
-        total = float(np.abs(self.coefficients).sum()) * OUTWARDS
+        total = float(np.abs(found.coefficients).sum()) / self.scale * OUTWARDS
         axes, orders = [found.axes[j] for j in self.cut], [found.orders[j] for j in self.cut]
         self.rounding = self._rounding(total)
         factors = [OUTWARDS * math.cos(math.pi / ratio) ** -len(self.gridded) for ratio in RATIOS[: len(self.grids)]]
         super().__init__(axes, orders, factors, total)
 
     def value(self, middle: tuple[float, ...], grid: int, least: float) -> float:
-        values = self._in_cell(middle).astype(np.float32)
+        values = self._in_cell(middle)
         for phi, j in reversed([*zip(self.grids[grid], self.gridded, strict=True)]):
             values = np.matmul(self._basis(j, phi).astype(np.float32), values)
             values = values.reshape(*values.shape[:-2], -1)
@@ -149,13 +149,13 @@ class _Values(Search):
             name: x.low + (x.high - x.low) * (1 + k) / 2 for name, x, k in zip(found.motion, ranges, s, strict=True)
         }
 
-    def _arranged(self, coefficients: Array) -> Array:
-        """Return coefficients with the axes of cells first, then those of grids, then one for positions."""
+    def _arranged(self, coefficients: Array) -> AnyArray:
+        """Return coefficients with the axes of cells first, then the motion, the axes of grids, and one for positions."""
         kept = [*self.cut, *self.gridded]
         others = [j for j in range(len(self.found.axes)) if j not in kept]
-        order = [0, *(j + 1 for j in (*kept, *others))]
+        order = [*(j + 1 for j in self.cut), 0, *(j + 1 for j in (*self.gridded, *others))]
         moved = coefficients.transpose(order)
-        return moved.reshape(*moved.shape[: 1 + len(kept)], 1)
+        return np.ascontiguousarray(moved.reshape(*moved.shape[: 1 + len(kept)], 1), dtype=np.float32)
 
     def _grids(self, ratio: int) -> list[Array]:
         return [self.found.axes[j].grid(ratio, self.found.orders[j]) for j in self.gridded]
@@ -165,11 +165,12 @@ class _Values(Search):
         axis = self.found.axes[j]
         return np.compress(np.array(axis.orders) <= self.found.orders[j], axis.basis(phi), axis=-1)
 
-    def _in_cell(self, middle: Sequence[float]) -> Array:
+    def _in_cell(self, middle: Sequence[float]) -> AnyArray:
         """Return the coefficients of the grid's axes at the middle of a cell."""
         values = self.coefficients
         for j, phi in zip(self.cut, middle, strict=True):
-            values = np.tensordot(self._basis(j, np.array(phi)), values, axes=(0, 1))
+            basis = self._basis(j, np.array(phi)).astype(np.float32)
+            values = (basis @ values.reshape(len(values), -1)).reshape(values.shape[1:])
         return values
 
     def _rounding(self, total: float) -> float:

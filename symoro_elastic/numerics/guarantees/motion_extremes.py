@@ -42,7 +42,10 @@ class Signs:
 
     def simple(self, values: AnyArray) -> AnyArray:
         """Return sums of magnitudes: never below `largest`, and fast."""
-        sums: AnyArray = np.ones(len(values), values.dtype) @ np.abs(values)
+        sums, ones = np.empty(values.shape[1], values.dtype), np.ones(len(values), values.dtype)
+        for start in range(0, len(sums), AT_ONCE):
+            part = slice(start, start + AT_ONCE)
+            np.matmul(ones, np.abs(values[:, part]), out=sums[part])
         return sums
 
     def largest(self, values: AnyArray) -> AnyArray:
@@ -100,7 +103,8 @@ def signs_of(monomials: Sequence[Monomial]) -> Signs:
     even = all(len(m) % 2 == 0 for m in signed)
     first = [(1.0,)] if even and variables else []
     choices = [*first, *([(1.0, -1.0)] * (len(variables) - len(first)))]
-    at = np.array(list(itertools.product(*choices))).reshape(-1, len(variables))
+    corners_of = list(itertools.product(*choices))
+    at = np.array(corners_of, dtype=np.float64).reshape(len(corners_of), len(variables))
     place = {k: j for j, k in enumerate(variables)}
     columns = [np.prod(at[:, [place[k] for k in m]], axis=1) for m in signed]
     corners = np.stack(columns, axis=1).astype(np.float32) if columns else np.zeros((len(at), 0), np.float32)

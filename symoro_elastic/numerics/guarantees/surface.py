@@ -19,14 +19,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.axes import UNIT, Axis, axis_of
-from symoro_elastic.numerics.guarantees.coefficients import (
-    Box,
-    Monomial,
-    Polynomial,
-    polynomials,
-    symbols_of,
-    variable,
-)
+from symoro_elastic.numerics.guarantees.coefficients import Box, Monomial, Polynomial, polynomials, symbols_of, variable
 from symoro_elastic.numerics.guarantees.degrees import Degrees, NotPolynomial, degrees
 from symoro_elastic.symbolic.expression import Operand
 
@@ -84,7 +77,10 @@ def axes_of(found: Degrees, box: Box, positions: Collection[str] = ()) -> tuple[
     """Return the axes of angles and of those other variables that are positions."""
     angles = [axis_of(name, n, box[name].low, box[name].high, angle=True) for name, n in sorted(found.angles.items())]
     slides = [name for name in sorted(found.powers) if name in positions]
-    return (*angles, *(axis_of(name, found.powers[name], box[name].low, box[name].high, angle=False) for name in slides))
+    return (
+        *angles,
+        *(axis_of(name, found.powers[name], box[name].low, box[name].high, angle=False) for name in slides),
+    )
 
 
 def surface(target: Target, box: Box, positions: Collection[str] = ()) -> Surface:
@@ -119,7 +115,9 @@ def _at_nodes(
     return values, error
 
 
-def _slabs(axes: Sequence[Axis], shape: Sequence[int]) -> Iterator[tuple[slice | tuple[slice, ...], dict[str, Polynomial]]]:
+def _slabs(
+    axes: Sequence[Axis], shape: Sequence[int]
+) -> Iterator[tuple[slice | tuple[slice, ...], dict[str, Polynomial]]]:
     """Yield parts of the grid of nodes along the first axis, and the positions there."""
     if not axes:
         yield (), {}
