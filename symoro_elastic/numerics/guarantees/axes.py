@@ -10,21 +10,23 @@ Each variable x of a polynomial has an angle phi in which the lemma is the same:
 
 1. N > 2 m equidistant values of phi: max|f| <= max over them / cos(pi m/N). In several variables, one after another:
    the product of these factors.
-2. A point where |f| = M, and any point that is d_j from it in phi_j, sum m_j d_j < pi/2: |f| >= M cos(sum m_j d_j) there.
+2. A point where |f| = M, and any point that is d_j from it in phi_j, sum m_j d_j < pi/2:
+   |f| >= M cos(sum m_j d_j) there.
 3. Both hold for the largest of any family of such f at a point, as they hold for each f with the M of the family.
 
-*Proof.* Let, with |f| < 1 (else scale), |theta'| > m at phi_0, and choose g = cos(m phi + s) so that g = f there on a branch
-on which both rise, or both fall. g takes the values +1 and -1 in turn at 2 m points of the circle, so f - g has a zero
-between any two that are neighbours, and three on the branch of phi_0, where f is the steeper one: 2 m + 2 zeros. A
-trigonometric polynomial of degree m has 2 m at most, so f = g, which has |theta'| = m: a contradiction. An even
-f (slide) is such a polynomial of phi. On an arc put t = tan((x - c)/2) = tan(w/2) cos(tau): f and
-g = cos(2 n phi + s) are both trigonometric polynomials of tau of degree 2 n over (1 + t^2)^n, because
+*Proof.* Let, with |f| < 1 (else scale), |theta'| > m at phi_0, and choose g = cos(m phi + s) so that g = f there on a
+branch on which both rise, or both fall. g takes the values +1 and -1 in turn at 2 m points of the circle, so f - g has
+a zero between any two that are neighbours, and three on the branch of phi_0, where f is the steeper one: 2 m + 2 zeros.
+A trigonometric polynomial of degree m has 2 m at most, so f = g, which has |theta'| = m: a contradiction. An even f
+(slide) is such a polynomial of phi. On an arc put t = tan((x - c)/2) = tan(w/2) cos(tau): f and g = cos(2 n phi + s)
+are both trigonometric polynomials of tau of degree 2 n over (1 + t^2)^n, because
 
     cos(phi) = cos(tau) (1 + T^2)^(1/2)/(1 + t^2)^(1/2),  sin(phi) = sin(tau)/(1 + t^2)^(1/2),  T = tan(w/2)
 
-make sin and cos of 2 phi such quotients with n = 1; phi rises with tau, and zeros of f - g are counted as before. (Riesz
-and Szego for the circle, Videnskii for arcs.) Second part: along a way of one variable after another theta changes by at
-most the sum; it is 0 or pi where |f| = M.
+make sin and cos of 2 phi such quotients with n = 1; phi rises with tau, and zeros of f - g are counted as before.
+(Riesz and Szego for the circle, Videnskii for arcs.) First part: some point of the grid is within pi/N of where |f| is
+largest, other variables fixed; then the same for the next variable. Second part: along a way of one variable after
+another theta changes by at most the sum; it is 0 or pi where |f| = M.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.limits import Range
 
 TURN, ARC, SLIDE = "turn", "arc", "slide"
 UNIT = 2.0**-53
@@ -45,8 +48,8 @@ UNIT = 2.0**-53
 class Axis:
     """A variable of a polynomial: its kind, its range, and the degree of the polynomial in it.
 
-    `basis` are functions of phi that are at most 1 and span all polynomials of this degree; `orders` are theirs. Leaving
-    out those of high order leaves a polynomial of lower order.
+    `basis` are functions of phi that are at most 1 and span all polynomials of this degree; `orders` are theirs.
+    Leaving out those of high order leaves a polynomial of lower order.
     """
 
     name: str
@@ -85,11 +88,11 @@ class Axis:
         """Values of x, as many as functions of the basis, at which values determine a polynomial."""
         size = len(self.orders)
         if self.kind == TURN:
-            return np.arange(size) * (2 * math.pi / size)
-        y = np.cos((np.arange(size) + 0.5) * (math.pi / size))
+            return np.asarray(np.arange(size) * (2 * math.pi / size))
+        y: Array = np.cos((np.arange(size) + 0.5) * (math.pi / size))
         if self.kind == SLIDE:
-            return self.middle + self.half * y
-        return self.middle + 2 * np.arcsin(math.sin(self.half / 2) * y)
+            return np.asarray(self.middle + self.half * y)
+        return np.asarray(self.middle + 2 * np.arcsin(math.sin(self.half / 2) * y))
 
     def basis(self, phi: Array) -> Array:
         """Return the functions of the basis at these phi, (points, functions)."""
@@ -132,14 +135,19 @@ class Axis:
     @cached_property
     def from_values(self) -> Array:
         """The matrix from values at the nodes to coefficients."""
-        return np.linalg.inv(self.at_nodes)
+        return np.asarray(np.linalg.inv(self.at_nodes))
+
+    @cached_property
+    def mismatch(self) -> float:
+        """At least the sum of magnitudes of the matrix by which `from_values` misses the exact one, over its own."""
+        inverse, size = self.from_values, len(self.orders)
+        computed = float(np.abs(inverse @ self.at_nodes - np.eye(size)).sum())
+        return min(0.5, computed + 2 * size * self.basis_error * float(np.abs(inverse).sum()))
 
     @cached_property
     def amplification(self) -> float:
-        """At least the largest |f| of all f with values at the nodes of at most 1."""
-        inverse, size = self.from_values, len(self.orders)
-        defect = float(np.abs(inverse @ self.at_nodes - np.eye(size)).sum(axis=1).max()) + size * self.basis_error
-        return float(np.abs(inverse).sum()) / (1 - min(0.5, 2 * size * defect))
+        """At least the largest value, and sum of magnitudes of coefficients, of what is at most 1 at the nodes."""
+        return float(np.abs(self.from_values).sum()) / (1 - self.mismatch) * (1 + 1e-9)
 
     @property
     def basis_error(self) -> float:
@@ -150,17 +158,16 @@ class Axis:
     def grid(self, ratio: int, order: int) -> Array:
         """Return phi of a grid whose factor is 1/cos(pi/ratio) for this order: those of equal x once."""
         points = ratio * order
-        return np.arange(points // 2 + 1 if self.is_even else points) * (2 * math.pi / points)
+        return np.asarray(np.arange(points // 2 + 1 if self.is_even else points) * (2 * math.pi / points))
 
     def cells(self, count: int) -> Array:
         """Return the middles of cells of phi, of half width pi/count (even), that cover all of x."""
-        return (np.arange(count // 2 if self.is_even else count) + 0.5) * (2 * math.pi / count)
+        return np.asarray((np.arange(count // 2 if self.is_even else count) + 0.5) * (2 * math.pi / count))
 
 
-def axis_of(name: str, degree: int, low: float, high: float, *, angle: bool) -> Axis:
+def axis_of(name: str, degree: int, found: Range, *, angle: bool) -> Axis:
     """Return the axis of a variable; an angle whose range is a turn or more turns full circles."""
     if not angle:
-        return Axis(name, SLIDE, degree, low, high)
-    if high - low >= 2 * math.pi * (1 - 1e-9):
-        return Axis(name, TURN, degree, low, high)
-    return Axis(name, ARC, degree, low, high)
+        return Axis(name, SLIDE, degree, found.low, found.high)
+    turns = found.high - found.low >= 2 * math.pi * (1 - 1e-9)
+    return Axis(name, TURN if turns else ARC, degree, found.low, found.high)

@@ -39,7 +39,7 @@ class Cell(NamedTuple):
 
 
 class Search(ABC):
-    """The cells of some axes with orders, worst first, and the factor of the grid of the others, from coarse to fine."""
+    """The cells of some axes, worst first, with orders; and the factors of grids of the others, from coarse to fine."""
 
     def __init__(self, axes: Sequence[Axis], orders: Sequence[int], factors: Sequence[float], total: float) -> None:
         self.axes, self.orders, self.factors, self.total = axes, orders, factors, total

@@ -4,9 +4,9 @@ At each position a result of the inverse model is a polynomial of velocities and
 middle + half s with s in [-1, 1], and the polynomial is calculated with as such: a dictionary from products of s to the
 values of their coefficient at all positions.
 
-**Rounding.** Written out, a coefficient is a sum of products of constants, sines and cosines of which each is rounded at
-most k times on its way: |computed - exact| <= ((1 + u)^k - 1) m, where m is the sum of the magnitudes of these products.
-Both follow the operations: k adds up in products, m is that of the operation on magnitudes.
+**Rounding.** Written out, a coefficient is a sum of products of constants, sines and cosines of which each is rounded
+at most k times on its way: |computed - exact| <= ((1 + u)^k - 1) m, where m is the sum of the magnitudes of these
+products. Both follow the operations: k adds up in products, m is that of the operation on magnitudes.
 """
 
 from __future__ import annotations
@@ -15,42 +15,25 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from symoro_elastic.foundation.array_types import AnyArray
-from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.limits import Range
 from symoro_elastic.numerics.guarantees.axes import UNIT
 from symoro_elastic.symbolic.arithmetic import RATIONAL, evaluate, multiprecision
-from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.operations import COS, SIN, SYMBOL
 
 Monomial: TypeAlias = tuple[int, ...]
 """A product of s: their numbers, sorted; of a power as often as the exponent says."""
 
 
-class Interval(Protocol):
-    """A range of a variable."""
-
-    @property
-    def low(self) -> float:
-        """The smallest value."""
-
-    @property
-    def high(self) -> float:
-        """The largest value."""
-
-
-Box: TypeAlias = Mapping[str, Interval]
-"""The range of each variable, by name; one whose ends are equal is a number."""
-
-
 @dataclass(frozen=True)
 class Polynomial:
     """Coefficients of products of s, with what bounds their rounding: sum of magnitudes m and number of roundings k."""
 
-    terms: Mapping[Monomial, AnyArray]
+    terms: Mapping[Monomial, Any]
     size: float
     roundings: float
 
@@ -69,7 +52,7 @@ class Polynomial:
         return Polynomial({key: -x for key, x in self.terms.items()}, self.size, self.roundings)
 
     def __mul__(self, other: Polynomial) -> Polynomial:
-        terms: dict[Monomial, AnyArray] = {}
+        terms: dict[Monomial, Any] = {}
         for one, x in self.terms.items():
             for two, y in other.terms.items():
                 key = tuple(sorted(one + two))
@@ -84,14 +67,14 @@ class Polynomial:
     def _sum(self, other: Polynomial, sense: int) -> Polynomial:
         terms = dict(self.terms)
         for key, y in other.terms.items():
-            y = y if sense > 0 else -y
-            terms[key] = terms[key] + y if key in terms else y
+            own = y if sense > 0 else -y
+            terms[key] = terms[key] + own if key in terms else own
         return Polynomial(terms, self.size + other.size, max(self.roundings, other.roundings) + 1)
 
 
-def number(x: float) -> Polynomial:
-    """Return the polynomial of a number, rounded once."""
-    return Polynomial({(): np.float64(x)} if x else {}, abs(x), 1)
+def number(x: float, roundings: int = 1) -> Polynomial:
+    """Return the polynomial of a number, rounded once or as often as given."""
+    return Polynomial({(): np.float64(x)} if x else {}, abs(x), roundings)
 
 
 def circular(operation: str, x: Polynomial) -> Polynomial:
@@ -101,11 +84,12 @@ def circular(operation: str, x: Polynomial) -> Polynomial:
     return Polynomial({(): values}, 1.0, 8 + x.size * x.roundings)
 
 
-def variable(number_of: int, low: float, high: float) -> Polynomial:
+def variable(number_of: int, found: Range) -> Polynomial:
     """Return a variable of the motion as middle + half s."""
+    low, high = found.low, found.high
     middle = low + (high - low) / 2
     half = max(high - middle, middle - low) * (1 + 4 * UNIT)
-    terms = {(number_of,): np.float64(half)} | ({(): np.float64(middle)} if middle else {})
+    terms: dict[Monomial, Any] = {(number_of,): np.float64(half)} | ({(): np.float64(middle)} if middle else {})
     return Polynomial(terms, abs(middle) + half, 0)
 
 
@@ -124,13 +108,13 @@ def constants(nodes: Sequence[Expression], numbers: Mapping[str, float]) -> dict
     return {key: float(value(node)) for key, node in found.items()}
 
 
-def symbols_of(roots: Sequence[Scalar]) -> list[str]:
+def symbols_of(roots: Sequence[Operand]) -> list[str]:
     """Return the names of the variables in expressions."""
     return [str(node.operands[0]) for node in reachable(roots) if node.operation == SYMBOL]
 
 
 def polynomials(
-    roots: Sequence[Scalar], symbols: Mapping[str, Polynomial], numbers: Mapping[str, float]
+    roots: Sequence[Operand], symbols: Mapping[str, Polynomial], numbers: Mapping[str, float]
 ) -> list[Polynomial]:
     """Return the polynomials of expressions without quotients; nodes are forgotten after their last use."""
     nodes = reachable(roots)
@@ -139,7 +123,7 @@ def polynomials(
     uses.update(root.id for root in roots if type(root) is Expression)
     values: dict[int, Polynomial] = {}
 
-    def of(x: Scalar) -> Polynomial:
+    def of(x: Operand) -> Polynomial:
         return values[x.id] if type(x) is Expression else number(float(x))
 
     for node in nodes:
@@ -155,7 +139,24 @@ def polynomials(
     return [of(root) for root in roots]
 
 
-def _operands(node: Expression) -> Sequence[Scalar]:
+def values_of(
+    nodes: Sequence[Expression], symbols: Mapping[str, Polynomial], known: Mapping[int, float]
+) -> dict[int, Polynomial]:
+    """Return the polynomials of all nodes, operands before their users, by node; `known` are those that are numbers."""
+    values: dict[int, Polynomial] = {}
+
+    def of(x: Operand) -> Polynomial:
+        return values[x.id] if type(x) is Expression else number(float(x))
+
+    for node in nodes:
+        if node.id in known:
+            values[node.id] = number(known[node.id])
+        else:
+            values[node.id] = _applied(node, [*map(of, _operands(node))], symbols)
+    return values
+
+
+def _operands(node: Expression) -> Sequence[Operand]:
     return () if node.operation == SYMBOL else node.operands
 
 

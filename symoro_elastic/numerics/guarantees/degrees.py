@@ -1,7 +1,7 @@
 """Degrees by syntax: of an expression as a trigonometric polynomial of angles and a polynomial of all else.
 
-A sine or cosine of k q + ... has the trigonometric degree |k| in q; a product has the sum of its factors' degrees, a sum
-the largest of its terms'. The true degree is that or less: what cancels is not seen. Expressions that are no such
+A sine or cosine of k q + ... has the trigonometric degree |k| in q; a product has the sum of its factors' degrees, a
+sum the largest of its terms'. The true degree is that or less: what cancels is not seen. Expressions that are no such
 polynomial are refused: those with a quotient, a root, a sign or an arc tangent of what depends on the state, and those
 in which a variable occurs inside of a sine and outside of it.
 """
@@ -26,8 +26,8 @@ class NotPolynomial(Exception):
 class Degrees:
     """Of an expression: trigonometric degree by angle, degree by other variable; its variables are their names.
 
-    `multiples` are the factors of variables where the expression is a sum of multiples of them and of a constant, `number`
-    is its value where it is a rational number.
+    `multiples` are the factors of variables where the expression is a sum of multiples of them and of a constant,
+    `number` is its value where it is a rational number.
     """
 
     angles: Mapping[str, int] = field(default_factory=dict)
@@ -54,7 +54,7 @@ class Degrees:
             return other._times(self.number)
         if other.number is not None:
             return self._times(other.number)
-        constant = {} if self.is_constant and other.is_constant else None
+        constant: dict[str, Fraction] | None = {} if self.is_constant and other.is_constant else None
         return Degrees(_added(self.angles, other.angles), _added(self.powers, other.powers), constant)
 
     def __truediv__(self, other: Degrees) -> Degrees:
@@ -149,5 +149,5 @@ _FUNCTIONS = {
     ATAN2: _function("an arc tangent"),
 }
 _ARITHMETIC: Arithmetic[Degrees] = Arithmetic(
-    lambda x: Degrees(multiples={}, number=Fraction(x)), Library(lambda name: _function(name), _FUNCTIONS)
+    lambda x: Degrees(multiples={}, number=Fraction(x)), Library(_function, _FUNCTIONS)
 )

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.cells import OUTWARDS, Search
-from symoro_elastic.numerics.guarantees.coefficients import Box
 from symoro_elastic.numerics.guarantees.degrees import NotPolynomial
 from symoro_elastic.numerics.guarantees.motion_extremes import signs_of
 from symoro_elastic.numerics.guarantees.surface import Surface, Target, numbers_in, parts, surface
@@ -39,23 +39,14 @@ class Largest:
     reason: str = ""
 
 
-def largest(
-    target: Target,
-    box: Box,
-    positions: Collection[str] = (),
-    *,
-    closeness: float = CLOSENESS,
-    seconds: float = math.inf,
-) -> Largest:
-    """Return a bound of the largest |f| over a box; variables in `positions` that are no angles are slides.
+def largest(target: Target, box: Box, *, closeness: float = CLOSENESS, seconds: float = math.inf) -> Largest:
+    """Return a bound of the largest |f| over a box; positions of the box that are no angles are slides.
 
     The work ends when the bound is at most `closeness` times a value that is taken on, but for what the surface leaves
     out, or after so many seconds, with what is proven then. All other variables are taken as those of the motion.
     """
-    if reason := _why_no_box(box):
-        return Largest(math.inf, 0.0, finished=False, reason=reason)
     try:
-        found = surface(target, box, positions)
+        found = surface(target, box)
     except NotPolynomial as error:
         return Largest(math.inf, 0.0, finished=False, reason=str(error))
     search, end = _Values(found), time.monotonic() + seconds
@@ -71,7 +62,6 @@ def largest(
 def largest_of(
     targets: Sequence[Target],
     box: Box,
-    positions: Collection[str] = (),
     *,
     closeness: float = CLOSENESS,
     seconds: float = math.inf,
@@ -82,7 +72,7 @@ def largest_of(
     results = []
     for done, target in enumerate(targets):
         share = (end - time.monotonic()) / (len(targets) - done)
-        results.append(largest(target, box, positions, closeness=closeness, seconds=share))
+        results.append(largest(target, box, closeness=closeness, seconds=share))
         progress(done + 1, len(targets))
     return results
 
@@ -92,13 +82,6 @@ def value_at(target: Target, state: Mapping[str, float], box: Box) -> float:
     symbols = {**numbers_in(box), **state}
     values = [evaluate([x], symbols, FLOATS)(x) for x in parts(target)]
     return abs(values[0] - values[1] if len(values) == 2 else values[0])
-
-
-def _why_no_box(box: Box) -> str:
-    for name, x in box.items():
-        if not (math.isfinite(x.low) and math.isfinite(x.high) and x.low <= x.high):
-            return f"the range of {name} is not one: {x.low} to {x.high}"
-    return ""
 
 
 class _Values(Search):
@@ -139,18 +122,18 @@ class _Values(Search):
         indices = np.unravel_index(where, [len(phi) for phi in self.grids[grid]]) if self.gridded else ()
         phases |= {j: phi[k] for j, phi, k in zip(self.gridded, self.grids[grid], indices, strict=True)}
         positions = {axis.name: axis.middle for axis in found.axes}
-        positions |= {found.axes[j].name: float(found.axes[j].positions(np.float64(phi))) for j, phi in phases.items()}
+        positions |= {found.axes[j].name: float(found.axes[j].positions(np.array(phi))) for j, phi in phases.items()}
         values = found.coefficients
         for j in reversed(range(len(found.axes))):
             values = values @ self._basis(j, np.array(phases.get(j, 0.0)))
         s = self.signs.worst(values, found.monomials, len(found.motion))
-        ranges = [box[name] for name in found.motion]
+        ranges = [box.ranges[name] for name in found.motion]
         return positions | {
             name: x.low + (x.high - x.low) * (1 + k) / 2 for name, x, k in zip(found.motion, ranges, s, strict=True)
         }
 
     def _arranged(self, coefficients: Array) -> AnyArray:
-        """Return coefficients with the axes of cells first, then the motion, the axes of grids, and one for positions."""
+        """Return coefficients with the axes of cells first, then the motion, the axes of grids, and one more."""
         kept = [*self.cut, *self.gridded]
         others = [j for j in range(len(self.found.axes)) if j not in kept]
         order = [*(j + 1 for j in self.cut), 0, *(j + 1 for j in (*self.gridded, *others))]
@@ -174,7 +157,7 @@ class _Values(Search):
         return values
 
     def _rounding(self, total: float) -> float:
-        """At least the rounding error of values: matrix products and sums in single precision, functions of the basis."""
+        """At least the rounding error of values: products and sums in single precision, functions of the basis."""
         sizes = sum(len(self.found.axes[j].orders) + 2 for j in (*self.cut, *self.gridded))
         steps = sizes + 2 * len(self.found.monomials) + 16
         basis = sum(axis.basis_error for axis in self.found.axes)

@@ -28,8 +28,8 @@ AT_ONCE = 2048
 class Signs:
     """How coefficients are added: rows that add with free signs, rows of corners, rows of squares, the constant row.
 
-    `corners` are the values of the `signed` rows at each corner, one of each pair of opposite corners left out where that
-    changes no product; `at` are the corners, (corners, variables).
+    `corners` are the values of the `signed` rows at each corner, one of each pair of opposite corners left out where
+    that changes no product; `at` are the corners, (corners, variables).
     """
 
     free: Array

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -182,7 +182,7 @@ def _bounded(error: Array, z: Interval) -> Array:
 
 def _local(node: Expression, magnitude: Array, rounding: Rounding) -> Array:
     """The rounding of one operation, whose result has at most this magnitude."""
-    if node.operation in (NEGATE, SIGN) or (node.operation in (MULTIPLY, DIVIDE) and _by_power_of_two(node)):
+    if node.operation in (NEGATE, SIGN) or (node.operation in (MULTIPLY, DIVIDE) and is_power_of_two(node.operands[1])):
         return np.full_like(magnitude, rounding.least if node.operation in (MULTIPLY, DIVIDE) else 0.0)
     if node.operation in (SIN, COS):
         times = 1.0 if rounding.is_mixed else OF_CIRCLE
@@ -190,9 +190,8 @@ def _local(node: Expression, magnitude: Array, rounding: Rounding) -> Array:
     return (OF_ARC if node.operation == ATAN2 else 1.0) * _roundoff(magnitude, rounding)
 
 
-def _by_power_of_two(node: Expression) -> bool:
-    """Whether a product or quotient moves the exponent only."""
-    x = node.operands[1]
+def is_power_of_two(x: Any) -> bool:
+    """Whether a product with this, or a quotient by it, moves the exponent only."""
     if type(x) is Expression:
         return False
     return all(part & (part - 1) == 0 for part in map(int, abs(x).as_integer_ratio()))

@@ -1,4 +1,4 @@
-"""A polynomial over a box, made small: coefficients of its motion in a basis of its positions, and what that leaves out.
+"""A polynomial over a box, made small: coefficients of its motion in a basis of its positions, and what is left out.
 
 The values at the nodes of all axes determine the polynomial (degrees by syntax). Of its coefficients, those of orders
 that hardly occur are left out: each function of the basis is at most 1, so what is left out is at most the sum of the
@@ -10,7 +10,7 @@ values and the computed residual, which interpolation amplifies at most by the p
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from typing import TypeAlias
@@ -19,7 +19,15 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.axes import UNIT, Axis, axis_of
-from symoro_elastic.numerics.guarantees.coefficients import Box, Monomial, Polynomial, polynomials, symbols_of, variable
+from symoro_elastic.numerics.guarantees.box import Box
+from symoro_elastic.numerics.guarantees.coefficients import (
+    Monomial,
+    Polynomial,
+    number,
+    polynomials,
+    symbols_of,
+    variable,
+)
 from symoro_elastic.numerics.guarantees.degrees import Degrees, NotPolynomial, degrees
 from symoro_elastic.symbolic.expression import Operand
 
@@ -53,7 +61,7 @@ class Surface:
 
 def numbers_in(box: Box) -> dict[str, float]:
     """Return the values of the variables whose range is one number."""
-    return {name: x.low for name, x in box.items() if x.low == x.high}
+    return {name: x.low for name, x in box.ranges.items() if x.low == x.high}
 
 
 def parts(target: Target) -> list[Operand]:
@@ -66,27 +74,24 @@ def degrees_of(target: Target, box: Box) -> Degrees:
     numbers = numbers_in(box)
     found = [degrees([x], numbers)[0] for x in parts(target)]
     both = reduce(lambda x, y: x + y, found)
-    if missing := sorted(name for name in both.variables if name not in box):
+    if missing := sorted(name for name in both.variables if name not in box.ranges):
         raise NotPolynomial(f"the box has no range for {', '.join(missing)}")
     if mixed := sorted(both.angles.keys() & both.powers.keys()):
         raise NotPolynomial(f"{mixed[0]} occurs inside of a sine or cosine and outside of it")
     return both
 
 
-def axes_of(found: Degrees, box: Box, positions: Collection[str] = ()) -> tuple[Axis, ...]:
+def axes_of(found: Degrees, box: Box) -> tuple[Axis, ...]:
     """Return the axes of angles and of those other variables that are positions."""
-    angles = [axis_of(name, n, box[name].low, box[name].high, angle=True) for name, n in sorted(found.angles.items())]
-    slides = [name for name in sorted(found.powers) if name in positions]
-    return (
-        *angles,
-        *(axis_of(name, found.powers[name], box[name].low, box[name].high, angle=False) for name in slides),
-    )
+    angles = [axis_of(name, n, box.ranges[name], angle=True) for name, n in sorted(found.angles.items())]
+    slides = [(name, n) for name, n in sorted(found.powers.items()) if name in box.positions]
+    return (*angles, *(axis_of(name, n, box.ranges[name], angle=False) for name, n in slides))
 
 
-def surface(target: Target, box: Box, positions: Collection[str] = ()) -> Surface:
+def surface(target: Target, box: Box) -> Surface:
     """Return a target as a surface over a box; raises `NotPolynomial`."""
     found = degrees_of(target, box)
-    axes = axes_of(found, box, positions)
+    axes = axes_of(found, box)
     names = {axis.name for axis in axes}
     motion = tuple(name for name in sorted(found.powers) if name not in names)
     values, error = _at_nodes(target, box, axes, motion)
@@ -136,8 +141,8 @@ def _difference(target: Target, box: Box, points: Mapping[str, Polynomial], moti
     numbers = numbers_in(box)
     found = []
     for root in parts(target):
-        moving = {name: variable(k, box[name].low, box[name].high) for k, name in enumerate(motion)}
-        unused = {name: variable(0, 0.0, 0.0) for name in symbols_of([root])}
+        moving = {name: variable(k, box.ranges[name]) for k, name in enumerate(motion)}
+        unused = {name: number(0.0) for name in symbols_of([root])}
         found += polynomials([root], unused | moving | dict(points), numbers)
     return found[0] - found[1] if len(found) == 2 else found[0]
 

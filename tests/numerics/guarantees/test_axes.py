@@ -6,9 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from symoro_elastic.machine.limits import Range
 from symoro_elastic.numerics.guarantees.axes import ARC, SLIDE, TURN, Axis, axis_of
 
+Array = NDArray[np.float64]
 AXES = [
     Axis("q", TURN, 3, -math.pi, math.pi),
     Axis("q", ARC, 3, -0.5, 0.5),
@@ -18,7 +21,7 @@ AXES = [
 ]
 
 
-def functions(axis: Axis, x: np.ndarray) -> np.ndarray:
+def functions(axis: Axis, x: Array) -> Array:
     """The powers of sine and cosine, or of x, that span the polynomials of an axis."""
     n = axis.degree
     if axis.kind == SLIDE:
@@ -63,10 +66,10 @@ def test_the_order_is_reached(axis: Axis) -> None:
 
 
 def test_kinds() -> None:
-    assert axis_of("q", 1, -math.pi, math.pi, angle=True).kind == TURN
-    assert axis_of("q", 1, -100.0, 100.0, angle=True).kind == TURN
-    assert axis_of("q", 1, -3.0, 3.0, angle=True).kind == ARC
-    assert axis_of("x", 1, -100.0, 100.0, angle=False).kind == SLIDE
+    assert axis_of("q", 1, Range(-math.pi, math.pi), angle=True).kind == TURN
+    assert axis_of("q", 1, Range(-100.0, 100.0), angle=True).kind == TURN
+    assert axis_of("q", 1, Range(-3.0, 3.0), angle=True).kind == ARC
+    assert axis_of("x", 1, Range(-100.0, 100.0), angle=False).kind == SLIDE
 
 
 @pytest.mark.parametrize("axis", AXES)

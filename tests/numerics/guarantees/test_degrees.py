@@ -60,7 +60,7 @@ def test_degrees(expression: Operand, angles: dict[str, int], powers: dict[str, 
 )
 def test_refusals(expression: Scalar, reason: str) -> None:
     assert why_not([expression], ["m"]) == reason
-    with pytest.raises(NotPolynomial, match="depends|sine"):
+    with pytest.raises(NotPolynomial):
         degrees([expression], ["m"])
 
 
