@@ -14,6 +14,7 @@ from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.traced import Traced
 from symoro_elastic.numerics.guarantees.box import box_of, parameter_box
+from symoro_elastic.numerics.guarantees.by_polynomials import by_polynomials
 from symoro_elastic.numerics.guarantees.certificate import MOST_SUB_BOXES, Certificate, Subject, certify
 from symoro_elastic.numerics.guarantees.knowledge import PivotKnowledge
 from symoro_elastic.numerics.guarantees.running_error import Rounding
@@ -21,11 +22,16 @@ from symoro_elastic.numerics.guarantees.running_error import Rounding
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is tried: sub-boxes at most, the seed of drawn states, and what is told of the work."""
+    """How much is tried: sub-boxes at most, the seed of drawn states, and what is told of the work.
+
+    With `polynomials` errors of results that are polynomials (inverse models, inertia matrices) are proven by their
+    coefficients, too: seconds for six joints.
+    """
 
     most_sub_boxes: int = MOST_SUB_BOXES
     seed: int = 0
     progress: Progress = no_progress
+    polynomials: bool = False
 
 
 @dataclass(frozen=True, repr=False)
@@ -68,4 +74,5 @@ def _certificate(
     box = box_of(asked.machine, limits, function.program.inputs, function.program.used).rounded(arrays)
     knowledge = PivotKnowledge(asked, physical, parameter_box(physical, limits), function)
     subject = Subject(function, box, rounding, knowledge)
-    return certify(subject, asked.whole.name, effort.most_sub_boxes, effort.seed, effort.progress)
+    found = certify(subject, asked.whole.name, effort.most_sub_boxes, effort.seed, effort.progress)
+    return by_polynomials(found, subject, effort.progress) if effort.polynomials else found

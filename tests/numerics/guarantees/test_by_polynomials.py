@@ -1,0 +1,64 @@
+"""What polynomials prove of the machines of certificates: attacked like these, and on its own."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from symoro_elastic.codegen.precision import PRECISIONS
+from symoro_elastic.generation.pipeline import certificates, programs
+from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.guarantees.box import box_of
+from symoro_elastic.numerics.guarantees.certificates import Effort
+from symoro_elastic.numerics.guarantees.grid import largest
+from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
+from tests.numerics.guarantees.attack import SLACK, Attack
+from tests.numerics.guarantees.test_certificates import MACHINES, NAMES, certified, limited
+
+SECONDS = 3.0
+"""Bounds are attacked that are proven when time is over, too."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("model", ["inverse_dynamics", "inertia_matrix"])
+def test_bounds_are_never_exceeded(name: str, model: str) -> None:
+    """Rounding in double and single, and largest values, in the whole and a moderate box."""
+    whole, proven = MACHINES[name](), 0
+    for scale in (1.0, 0.2):
+        machine = limited(whole, scale)
+        program = programs(machine, Scene(models=(model,))).package.functions[0].program
+        roots = [x for output in program.outputs for x in output.entries]
+        box = box_of(machine, machine.limits, program.inputs, program.used)
+        chosen = roots[1 :: 1 + len(roots) // 2]
+        largests = [largest(x, box, seconds=SECONDS) for x in chosen]
+        for precision in ("double", "single"):
+            worst = Attack(chosen, box, precision).run(2000, rounds=5)
+            for k, (x, most) in enumerate(zip(chosen, largests, strict=True)):
+                bound = rounding_bound(x, box, ROUNDINGS[precision]).bound
+                assert worst.error[k] <= bound * (1 + SLACK[precision])
+                found = max(abs(worst.low[k]), abs(worst.high[k]), most.found)
+                assert found <= most.bound * (1 + 1e-5 if precision == "single" else 1 + 1e-12)
+                proven += math.isfinite(bound) and math.isfinite(most.bound)
+    assert proven
+
+
+def test_certificates_take_the_smaller_error() -> None:
+    machine = limited(MACHINES["two joints"]())
+    scene, double = Scene(models=("inertia_matrix",)), [PRECISIONS["double"]]
+    told: list[tuple[int, int]] = []
+    effort = Effort(1, polynomials=True, progress=lambda *x: told.append(x))
+    refined = certificates(machine, scene, double, effort).certificates[0]
+    plain = certified(machine, "inertia_matrix", sub_boxes=1)
+    errors = [(one.error, two.error) for one, two in zip(refined.entries, plain.entries, strict=True)]
+    assert all(one <= two for one, two in errors) and any(one < two for one, two in errors)
+    assert all(entry.likely <= entry.error for entry in refined.entries)
+    assert told[-1] == (len(refined.entries), len(refined.entries))
+
+
+def test_what_is_no_polynomial_keeps_its_error() -> None:
+    machine = limited(MACHINES["two joints"]())
+    scene, double = Scene(models=("direct_dynamics",)), [PRECISIONS["double"]]
+    refined = certificates(machine, scene, double, Effort(1, polynomials=True)).certificates[0]
+    assert refined.entries == certified(machine, "direct_dynamics", sub_boxes=1).entries
