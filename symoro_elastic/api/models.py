@@ -147,7 +147,7 @@ def certify(machine: MachineLike, options: Certifying) -> Certificates:
 
     whole = the_machine(machine)
     precisions = [PRECISIONS[name] for name in among(options.precisions, [*certified_names()], "--precision")]
-    effort = Effort(options.sub_boxes, options.seed, options.progress)
+    effort = Effort(options.sub_boxes, options.seed, options.progress, options.polynomials)
     scene = scene_for(whole, options)
     return pipeline.certificates(whole, scene, precisions or (DOUBLE,), effort, options.announce)
 

@@ -178,6 +178,9 @@ class Certifying(RequestedModels):
     sub_boxes: int = option(
         64, "N", "Parts that the box is cut into at most; more make bounds smaller.", kinds.WHOLE, least=1, most=4096
     )
+    polynomials: bool = switch(
+        "Bound rounding errors of inverse models and inertia matrices by their coefficients, too: seconds, for less."
+    )
     seed: int = seed_row()
     announce: Announce = announce_row()
     progress: Progress = progress_row()

@@ -35,6 +35,7 @@ Target: TypeAlias = "Operand | tuple[Operand, Operand]"
 """An expression, or two, of one graph or of two, whose difference is meant."""
 
 POINTS_AT_ONCE = 20_000
+MOST_POINTS = 1_000_000
 LEAST_SHARE = 0.002
 """Orders are left out as long as the tail of each axis is at most this part of the largest value at the nodes."""
 
@@ -92,6 +93,8 @@ def surface(target: Target, box: Box) -> Surface:
     """Return a target as a surface over a box; raises `NotPolynomial`."""
     found = degrees_of(target, box)
     axes = axes_of(found, box)
+    if (points := math.prod(len(axis.nodes) for axis in axes)) > MOST_POINTS:
+        raise NotPolynomial(f"{points} positions determine it: {MOST_POINTS} are the most")
     names = {axis.name for axis in axes}
     motion = tuple(name for name in sorted(found.powers) if name not in names)
     values, error = _at_nodes(target, box, axes, motion)

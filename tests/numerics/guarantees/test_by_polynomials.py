@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.generation.pipeline import certificates, programs
 from symoro_elastic.machine.scene import Scene
@@ -15,7 +16,7 @@ from symoro_elastic.numerics.guarantees.grid import largest
 from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from tests.numerics.guarantees.attack import SLACK, Attack
-from tests.numerics.guarantees.test_certificates import MACHINES, NAMES, certified, limited
+from tests.numerics.guarantees.test_certificates import HINGE, MACHINES, NAMES, certified, limited
 
 SECONDS = 3.0
 """Bounds are attacked that are proven when time is over, too."""
@@ -62,3 +63,11 @@ def test_what_is_no_polynomial_keeps_its_error() -> None:
     scene, double = Scene(models=("direct_dynamics",)), [PRECISIONS["double"]]
     refined = certificates(machine, scene, double, Effort(1, polynomials=True)).certificates[0]
     assert refined.entries == certified(machine, "direct_dynamics", sub_boxes=1).entries
+
+
+def test_the_option() -> None:
+    """A pendulum whose mass is known to 10 %: parameters with a range are variables."""
+    plain, refined = (
+        se.certify(HINGE, "inverse_dynamics", polynomials=x).certificates[0].entries[0] for x in (False, True)
+    )
+    assert refined.error <= plain.error

@@ -13,6 +13,7 @@ from symoro_elastic.generation.pipeline import prepare, programs
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.arrays import values_along
+from symoro_elastic.numerics.guarantees import surface as surface_module
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.grid import CLOSENESS, Largest, largest, largest_of
 from symoro_elastic.numerics.guarantees.surface import surface
@@ -211,3 +212,10 @@ def test_left_out_orders_are_in_the_bound() -> None:
     assert found.orders == (1,)
     assert found.left_out == pytest.approx(1e-3, rel=1e-6)
     assert largest(f, box_of(q=(-PI, PI))).bound >= 1.001
+
+
+def test_too_many_positions_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph = Graph()
+    monkeypatch.setattr(surface_module, "MOST_POINTS", 4)
+    f = graph.node(COS, 2 * graph.symbol("q"))
+    assert largest(f, box_of(q=(-PI, PI))).reason == "5 positions determine it: 4 are the most"
