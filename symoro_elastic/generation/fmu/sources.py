@@ -75,6 +75,7 @@ def _interface(
             forces=package.external,
             given=len(package.motor_names) + package.external,
             parameters=len(package.parameters),
+            bounded=[one for one in layout.block("P") if one.minimum is not None],
             dependent=sum(block.size for block in package.assembled),
             outputs=len(layout.block("Y")),
             constants=constants,
