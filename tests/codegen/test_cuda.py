@@ -14,10 +14,11 @@ import pytest
 
 from symoro_elastic.codegen.c_steps import StepText
 from symoro_elastic.codegen.compile import TYPES, compile_library
-from symoro_elastic.codegen.local_names import with_own_results
+from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.codegen.targets import cuda
+from symoro_elastic.codegen.targets.c import OWN as C_WORDS
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.cuda import render_cuda
 from symoro_elastic.foundation.array_types import Array
@@ -44,6 +45,10 @@ def kernels(name: str) -> HostKernels:
     with TemporaryDirectory() as folder:
         package = generated(name).package
         return on_host(render_cuda(package), Path(folder), [f"{package.name}.cu"])
+
+
+def cuda_functions(package: Package) -> tuple[cuda.DeviceFunction, ...]:
+    return cuda._text(with_local_names(with_own_results(package), cuda.OWN | C_WORDS), PRECISIONS["double"]).functions
 
 
 def columns(x: Array) -> Array:
@@ -77,6 +82,30 @@ def test_models_have_the_bits_of_c(name: str) -> None:
             np.testing.assert_array_equal(ours, c, err_msg=function.name)
             compared += np.isfinite(c).all() and c.any()
     assert compared >= 3
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_two_launches_have_the_bits_of_one(name: str) -> None:
+    """What depends on parameters only, once for all blocks; it is used: other numbers in its place give others."""
+    of, compared = generated(name), 0
+    for function in cuda_functions(of.package):
+        if not function.first:
+            assert not function.constants
+            continue
+        plain = next(one for one in with_own_results(of.package).functions if function.name.endswith(f"_{one.name}"))
+        read, p = inputs(of, plain), parameters(of.package)
+        c = np.zeros(function.constant_count)
+        kernels(name).launch(f"{function.name}_prepare_batch", *pointers([p, c]))
+        found = []
+        for suffix, constants in (("", []), ("_prepared", [c]), ("_prepared", [1.5 * c])):
+            results = [np.zeros((int(np.prod(r.shape)), STATES)) for r in plain.results]
+            arrays = pointers([*read, p, *constants, *results])
+            kernels(name).launch(f"{function.name}{suffix}_batch", ctypes.c_size_t(STATES), *arrays)
+            found.append(np.concatenate(results))
+        np.testing.assert_array_equal(found[1], found[0])
+        assert not np.array_equal(found[2], found[0])
+        compared += 1
+    assert compared or name != "pushed"
 
 
 def advanced(of: Generated, step: StepText, rows: list[dict[str, Array]]) -> list[Array]:

@@ -9,7 +9,7 @@ from symoro_elastic.codegen.c_function import Array, CFunction
 from symoro_elastic.codegen.c_lines import INDENT, with_arguments, wrap_lines
 from symoro_elastic.codegen.c_printers import Form
 from symoro_elastic.codegen.c_steps import CSteps, Qualifiers, StepText
-from symoro_elastic.codegen.c_text import Routine, call, head, preparing, working
+from symoro_elastic.codegen.c_text import Routine, call, head, of_preparing, preparing, working
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files, function_context
@@ -56,7 +56,8 @@ class Kernel:
 class DeviceFunction:
     """A model: its comment, the functions of device code, and its kernel; None where it has no state.
 
-    `shares` tells that what depends on parameters only fits into the shared memory of a block.
+    `shares` tells that what depends on parameters only fits into the shared memory of a block. `first` is the kernel that
+    computes it before, once for all blocks, and `after` the one that is given it; None where there is no such work.
     """
 
     name: str
@@ -70,6 +71,8 @@ class DeviceFunction:
     prepared: Routine | None
     one: Routine
     kernel: Kernel | None
+    first: Kernel | None
+    after: Kernel | None
     state_call: str
 
 
@@ -144,6 +147,7 @@ def _text(package: Package, precision: Precision) -> CudaText:
 def _function(function: CFunction) -> DeviceFunction:
     about, c = function_context(function.function), function.c
     strided = f"{function.name}_strided"
+    in_two = c and function.function.arguments
     return DeviceFunction(
         name=function.name,
         title=f"{about['title']} {about['equations']}.",
@@ -156,6 +160,8 @@ def _function(function: CFunction) -> DeviceFunction:
         prepared=Routine(head(f"{function.name}_prepared", function.arrays), _of_one_state(function)) if c else None,
         one=Routine(head(function.name, function.signature), _body(function)),
         kernel=_kernel(function.name, ["size_t states"], function.signature) if function.function.arguments else None,
+        first=_kernel(f"{function.name}_prepare", [], of_preparing(function)) if in_two else None,
+        after=_kernel(f"{function.name}_prepared", ["size_t states"], function.arrays) if in_two else None,
         state_call=_state_call(function, strided),
     )
 
