@@ -74,7 +74,7 @@ class Sample:
     def theirs(self, mu: float, steps: int) -> Contestant:
         from tests.benchmarks.peers import pinocchio_loops as peer
 
-        files = peer.written(self.tree, self.met_frame)
+        files = peer.written(self.tree, self.met)
         return peer.contestant(files, self.x_of_tree, peer.Proximal(mu, steps))
 
     def all(self, proximal: Sequence[tuple[float, int]]) -> list[Contestant]:

@@ -8,27 +8,17 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import symoro_elastic as se
-from tests.formats.robots.test_standard_dh import Link
+from tests.formats.robots.puma import robot
 
 pytestmark = pytest.mark.filterwarnings("ignore::symoro_elastic.api.machines.MachineWarning")
 
 RIGHT = math.pi / 2
-ROWS: list[tuple[Any, ...]] = [
-    (0, 0, RIGHT, (0, 0.35, 0), (0, 0, 0), 0, 200e-6, -62.6111),
-    (0, 0.4318, 0, (0.13, 0.524, 0.539), (-0.3638, 0.006, 0.2275), 17.4, 200e-6, 107.815),
-    (0.15005, 0.0203, -RIGHT, (0.066, 0.086, 0.0125), (-0.0203, -0.0141, 0.070), 4.8, 200e-6, -53.7063),
-    (0.4318, 0, RIGHT, (1.8e-3, 1.3e-3, 1.8e-3), (0, 0.019, 0), 0.82, 33e-6, 76.0364),
-    (0, 0, -RIGHT, (0.3e-3, 0.4e-3, 0.3e-3), (0, 0, 0), 0.34, 33e-6, 71.923),
-    (0, 0, 0, (0.15e-3, 0.15e-3, 0.04e-3), (0, 0, 0.032), 0.09, 33e-6, 76.686),
-]
-"""d, a, alpha; inertia about the centre of mass, its place, mass; rotor, gear."""
 NOMINAL, READY = [0, math.pi / 4, math.pi, 0, math.pi / 4, 0], [0, RIGHT, -RIGHT, 0, 0, 0]
 HOLDING = {"nominal": (NOMINAL, [0, 31.6399, 6.0351, 0, 0.0283, 0]), "ready": (READY, [0, -0.7752, 0.2489, 0, 0, 0])}
 INERTIA = [
@@ -46,13 +36,7 @@ DIGITS = 0.51e-4
 
 @cache
 def puma() -> Any:
-    links = [
-        Link(d=d, a=a, alpha=alpha, I=np.diag(I), r=np.array(r, float), m=m, Jm=Jm, G=G)
-        for d, a, alpha, I, r, m, Jm, G in ROWS  # noqa: E741
-    ]
-    base = {"base": np.eye(4), "tool": np.eye(4), "gravity": np.array([0, 0, -9.81])}
-    machine = se.read(SimpleNamespace(name="puma560", links=links, **base))
-    return se.load(machine, "inverse_dynamics", "inertia_matrix")
+    return se.load(robot(), "inverse_dynamics", "inertia_matrix")
 
 
 def torques(q: list[float], qd: list[float]) -> np.ndarray:
