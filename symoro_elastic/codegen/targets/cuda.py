@@ -56,8 +56,8 @@ class Kernel:
 class DeviceFunction:
     """A model: its comment, the functions of device code, and its kernel; None where it has no state.
 
-    `shares` tells that what depends on parameters only fits into the shared memory of a block. `first` is the kernel that
-    computes it before, once for all blocks, and `after` the one that is given it; None where there is no such work.
+    `shares` tells that what depends on parameters only fits into the shared memory of a block. `first` is the kernel
+    that computes it before, once for all blocks, `after` the one that is given it; None where there is no such work.
     """
 
     name: str
