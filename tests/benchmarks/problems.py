@@ -1,8 +1,7 @@
-"""Time the direct models of published problems beside Pinocchio and MuJoCo: `python -m tests.benchmarks.problems`.
+"""Time the direct models of published problems beside Pinocchio: `python -m tests.benchmarks.problems`.
 
-Loops against Pinocchio's `constraintDynamics` as in `closed_chains`, the PUMA 560 against its articulated bodies and
-MuJoCo as in `speed`. Ratios are to the fastest of Pinocchio's whose error is below 1e-12 of the state's largest
-acceleration by multipliers in 70 digits.
+Loops against Pinocchio's `constraintDynamics` as in `closed_chains`. Ratios are to the fastest of Pinocchio's whose error
+is below 1e-12 of the state's largest acceleration by multipliers in 70 digits.
 """
 
 from __future__ import annotations
@@ -15,16 +14,13 @@ from typing import Any
 import numpy as np
 
 import symoro_elastic as se
-from symoro_elastic.machine.machine import Machine
 from tests.benchmarks.closed_chains import MODELS, PROXIMAL, SAME_FLAGS, STATES, Sample, sampled
 from tests.benchmarks.contest import contest
 from tests.benchmarks.match import require_pinocchio
 from tests.benchmarks.ours import code, scalar
-from tests.benchmarks.speed import peers, states
 from tests.benchmarks.tables import print_table, progress, save_json
 from tests.closed_chains.machines import reordered
 from tests.closed_chains.problems import START, TORQUE, bricard, governor, squeezer, windows
-from tests.formats.robots.puma import robot
 from tests.references.closed_chains import State
 from tests.references.constraint_multipliers import Multipliers
 
@@ -45,7 +41,7 @@ def main() -> None:
     arguments = parser.parse_args()
     require_pinocchio()
     rows = [row for name in progress(LOOPS, "compile and time") for row in of_loops(name, arguments.rounds)]
-    rows += [*of_bricard(arguments.rounds), *of_puma(arguments.rounds)]
+    rows += of_bricard(arguments.rounds)
     shown = [
         [r["problem"], r["contestant"], f"{r['ns']:.4g}", _or(r["ratio"], ".3g"), _or(r["error"], ".1e")] for r in rows
     ]
@@ -100,20 +96,6 @@ def of_bricard(rounds: int) -> Iterator[Row]:
     times = contest(found, rounds)
     for one in found:
         yield {"problem": "Bricard", "contestant": one.name, "ns": times.median(one.name), "ratio": None, "error": None}
-
-
-def of_puma(rounds: int) -> Iterator[Row]:
-    """The arm of the published figures, without gears."""
-    machine: Machine = robot()
-    x = states(machine, "direct_dynamics")
-    found = [*peers(machine, "direct_dynamics", x), scalar(code(machine, "direct_dynamics"), x, "call, gcc", "gcc")]
-    times = contest(found, rounds)
-    wanted = found[0].results()
-    for one in found:
-        error = np.abs(one.results() - wanted).max(axis=1) / np.abs(wanted).max(axis=1)
-        ratio = times.ratio(found[0].name, one.name)
-        figures = {"ns": times.median(one.name), "ratio": ratio, "error": float(error.max())}
-        yield {"problem": "PUMA 560", "contestant": one.name, **figures}
 
 
 if __name__ == "__main__":
