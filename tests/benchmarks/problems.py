@@ -1,6 +1,6 @@
 """Time the direct models of published problems beside Pinocchio: `python -m tests.benchmarks.problems`.
 
-Loops against Pinocchio's `constraintDynamics` as in `closed_chains`. Ratios are to the fastest of Pinocchio's whose error
+Loops against its `constraintDynamics` as in `closed_chains`. Ratios are to the fastest of its settings whose error
 is below 1e-12 of the state's largest acceleration by multipliers in 70 digits.
 """
 
