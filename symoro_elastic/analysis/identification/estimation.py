@@ -122,6 +122,7 @@ def solve(
     correlation: Sequence[float] = (1.0,),
     repeating: bool = False,
     draws: Draws | None = None,
+    doubts: Sequence[Array] = (),
 ) -> LeastSquares:
     """Return the weighted least squares solution of Y (samples, n, c) X = tau (samples, n).
 
@@ -133,7 +134,8 @@ def solve(
     `noise` are noises of Y of the same law; with N the mean of their N^T N, X = (Y^T Y - N)^-1 Y^T tau is free of
     that pull (bias-compensated least squares, Soederstrom 2007). Noises are `repeating` where a motion that repeats
     repeats them, as the staircase of an encoder. `draws` gives what many of them do to Y X: where noise depends on the
-    phase of the motion, its covariance with the columns is not that of spectral densities.
+    phase of the motion, its covariance with the columns is not that of spectral densities. `doubts` are errors of tau
+    of one standard deviation, each with one factor for all rows ("considered", not sought).
     """
     first: Array | None = None
     sigma = np.ones(Y.shape[1])
@@ -152,6 +154,9 @@ def solve(
     if draws is not None:
         scores = scores + _of_draws(Y / sigma[:, None], [D / sigma * raised for D in draws(X)])
     covariance = spread @ scores @ spread
+    for doubt in doubts:
+        pull = _weighted(Y, doubt, sigma, noise)[0]
+        covariance = covariance + np.outer(pull, pull)
     return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, raised)
 
 
@@ -217,6 +222,7 @@ def estimate(
     correlation: Sequence[float] = (1.0,),
     repeating: bool = False,
     draws: Draws | None = None,
+    doubts: Sequence[Array] = (),
     source: str = "measurements",
 ) -> Estimation:
     """Estimate the unknowns, one for each column of Y (samples, n, c), from tau (samples, n).
@@ -232,7 +238,7 @@ def estimate(
     kept = list(grouping.kept)
     some = None if draws is None else of_columns(draws, kept, Y.shape[2])
     noises = [D[:, :, kept] for D in noise]
-    solution = solve(Y[:, :, kept], tau, noise=noises, correlation=correlation, repeating=repeating, draws=some)
+    solution = solve(Y[:, :, kept], tau, WEIGHTINGS, noises, correlation, repeating, some, doubts)
     names = {j: joints[j] for j in still}
     hidden = _hidden(Y[:, :, kept], tau, solution, joints)
     estimates = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}

@@ -325,7 +325,7 @@ class _Stack:
         names = tuple(joint.name for joint in machine.independent_joints)
         estimation = estimate(
             Y, tau, every, names, self._still, noise=noise, correlation=columns.correlation,
-            repeating=columns.repeating, draws=columns.draws, source=self._source,
+            repeating=columns.repeating, draws=columns.draws, doubts=sensors.doubts(columns), source=self._source,
         )  # fmt: skip
         return sensors, estimation, tau
 

@@ -47,7 +47,13 @@ def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> li
             order = "behind" if e.value > 0 else "ahead of"
             what = f"torques are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {order} positions"
             notes.append(f"{what}: compensated, and sought with the parameters")
-    for m in sensors.untold:
-        what = f"an offset of the torque of {machine.motor_joints[m].name} is not told from gravity by this motion"
-        notes.append(f"{what}, so none is sought, though others have one: move it farther, or give --offsets always")
+    for m, size in sensors.untold.items():
+        joint = machine.motor_joints[m]
+        what, size = f"an offset of the torque of {joint.name}", f"{size:.2g} {joint.force_unit}"
+        if sensors.offsets:
+            what += f" is not told from gravity by this motion: standard deviations allow for {size}, as others have"
+            notes.append(f"{what}; move it farther, or give --offsets always")
+        else:
+            what += f" below {size} would not show, and parameters of gravity take it up"
+            notes.append(f"{what}: give --offsets always if its sensor may have one")
     return notes

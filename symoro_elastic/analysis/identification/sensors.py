@@ -6,8 +6,8 @@ torques read d later: tau(t + d) = Y X - x dtau/dt. Where they are sought, their
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,7 +29,7 @@ AUTO, ALWAYS, NEVER = "auto", "always", "never"
 """When offsets or a delay are sought: where data show one, always, never."""
 DELAY, OFFSET = "DELAY", "OFF"
 SIGNIFICANT = 4.0  # standard deviations from zero
-MOST_DOUBT = 0.02  # of the largest torque of the joint: an offset with more is not told from gravity
+MOST_DOUBT = 0.02  # of the largest torque of the joint: an offset with more does not say whether there is one
 LEAST_OFFSET = 1e-4  # of the largest torque of the joint
 LEAST_DELAY = 0.01  # of a sampling period
 ROUNDS, CONVERGED = 6, 0.02  # of a sampling period
@@ -65,13 +65,18 @@ class Columns:
 @dataclass(frozen=True)
 class Sensors:
     """What is sought beside a machine's parameters: offsets of motors (0-based among motors), and whether a delay,
-    whose column is linear about `delay` s. `untold` are motors whose offset the motion does not tell from gravity,
-    although others have one."""
+    whose column is linear about `delay` s. `untold` are motors whose offset the motion does not tell from gravity, with
+    the standard deviation that it is taken to have; where no motor shows an offset it is that of what would not show.
+    """
 
     offsets: tuple[int, ...] = ()
     has_delay: bool = False
     delay: float = 0.0
-    untold: tuple[int, ...] = ()
+    untold: Mapping[int, float] = field(default_factory=dict)
+
+    def doubts(self, columns: Columns) -> list[Array]:
+        """Return what offsets that are not sought, although others have one, do to left sides: one std, (rows, n)."""
+        return [s * columns.offsets[:, :, m] for m, s in self.untold.items()] if self.offsets else []
 
     def unknowns(self, machine: Machine) -> list[Unknown]:
         """Return offsets, then the delay, as unknowns."""
@@ -96,9 +101,8 @@ def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
 def _sensors(columns: Columns, motors: Sequence[int], seek: str, delay: float | None) -> Sensors:
     """Return the offsets that are sought beside a delay."""
     tau, slope = columns.torques(delay or 0.0)
-    found = _offsets(columns, motors, None if delay is None else slope, tau, seek)
-    untold = [m for m in motors if m not in found] if found and seek == AUTO else []
-    return Sensors(found, delay is not None, delay or 0.0, tuple(untold))
+    found, untold = _offsets(columns, motors, None if delay is None else slope, tau, seek)
+    return Sensors(found, delay is not None, delay or 0.0, untold)
 
 
 def _is_late(late: tuple[float, float], columns: Columns) -> bool:
@@ -133,20 +137,33 @@ def _delay(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | Non
     return delay, std
 
 
-def _offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array, seek: str) -> tuple[int, ...]:
-    """Return the motors whose offsets are sought: where one shows, those of all that data tell."""
+def _offsets(
+    columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array, seek: str
+) -> tuple[tuple[int, ...], dict[int, float]]:
+    """Return the motors whose offsets are sought, and of the others what they may have or what would not show.
+
+    Where one shows, sought are those that data tell better than what is found suggests: sensors of a machine are alike,
+    so offsets are taken to be at most as large, beside the largest torque of their joint, as the largest one found.
+    """
+    if not motors:
+        return (), {}
+    every = _offset_deviations(columns, motors, slope, tau)
     if seek == ALWAYS:
-        return tuple(_offset_deviations(columns, motors, slope, tau)) if motors else ()
-    told = list(motors)
-    while told:
-        found = _offset_deviations(columns, told, slope, tau)
-        largest = {m: _largest(columns, m, tau) for m in found}
-        kept = [m for m, (_, std) in found.items() if std <= MOST_DOUBT * largest[m]]
-        if kept == told:
-            show = (abs(x) > max(SIGNIFICANT * std, LEAST_OFFSET * largest[m]) for m, (x, std) in found.items())
-            return tuple(told) if any(show) else ()
-        told = kept
-    return ()
+        return tuple(every), {}
+    largest = {m: _largest(columns, m, tau) for m in motors}
+    told = [m for m, (_, std) in every.items() if std <= MOST_DOUBT * largest[m]]
+    found = every if len(told) == len(motors) or not told else _offset_deviations(columns, told, slope, tau)
+    shown = [abs(x) / largest[m] for m, (x, std) in found.items() if _shows(x, std, largest[m])]
+    if not shown:
+        doubt = {m: SIGNIFICANT * every[m][1] if m in every else largest[m] for m in motors}
+        return (), {m: x for m, x in doubt.items() if x > MOST_DOUBT * largest[m]}
+    usual = {m: max(shown) * largest[m] for m in motors}
+    sought = tuple(m for m, (_, std) in every.items() if std < usual[m])
+    return sought, {m: usual[m] for m in motors if m not in sought}
+
+
+def _shows(offset: float, std: float, largest: float) -> bool:
+    return abs(offset) > max(SIGNIFICANT * std, LEAST_OFFSET * largest)
 
 
 def _largest(columns: Columns, motor: int, tau: Array) -> float:
