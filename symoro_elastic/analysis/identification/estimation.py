@@ -161,9 +161,12 @@ def solve(
 
 
 def _of_draws(Y: Array, draws: Sequence[Array]) -> Array:
-    """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times noise, from draws of noise."""
+    """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times noise, from draws of noise.
+
+    From so few draws it is itself in doubt: beside it the truth has Student's distribution, whose variance this is.
+    """
     each = np.array([np.einsum("rjc,rj->c", Y, D) for D in draws])
-    covariance: Array = each.T @ each / len(each)
+    covariance: Array = each.T @ each / max(len(each) - 2, 1)
     return covariance
 
 

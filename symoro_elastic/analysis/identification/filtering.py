@@ -256,14 +256,16 @@ def _carriers(chosen: Filter) -> list[float]:
 
 
 def noises_like(
-    record: Measurements, chosen: Filter, count: int = STAIRCASES
+    record: Measurements, chosen: Filter, count: int = STAIRCASES, zeros: bool = False
 ) -> tuple[list[tuple[Array, Array, Array]], tuple[int, ...]]:
     """Return noises of q, qd, qdd of the same law as that of a record, independent of it, and joints with staircases.
 
-    Where the staircase of an encoder is most of the noise they are `count` ones of other zeros along the same motion.
+    Where the staircase of an encoder is most of the noise they are `count` ones of other zeros along the same motion;
+    with `zeros` their errors contain those of the zeros, at most half a step.
     """
     smoothed, carriers = smooth(record.q, chosen), _carriers(chosen)
-    stairs = {k: _staircases(record.q[:, k], smoothed[:, k], k, chosen, count) for k in range(record.q.shape[1])}
+    joints = range(record.q.shape[1])
+    stairs = {k: _staircases(record.q[:, k], smoothed[:, k], k, chosen, count, zeros) for k in joints}
     stairs = {k: errors for k, errors in stairs.items() if errors}
     if not stairs:
         return [_derivatives(_modulated(record, chosen, share), chosen) for share in carriers], ()
@@ -282,7 +284,7 @@ def _silent(record: Measurements) -> Measurements:
     return replace(record, q=np.zeros_like(record.q), qd=qd, qdd=qdd)
 
 
-def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter, count: int) -> list[Array]:
+def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter, count: int, zeros: bool) -> list[Array]:
     """Return errors of an encoder of the same steps and other zeros; none where there is more noise than its staircase.
 
     Little noise beside makes them as much larger.
@@ -291,13 +293,15 @@ def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter, count: int
     if not step:
         return []
     rng = np.random.default_rng(seed)
-    errors = [staircase(smoothed, step, phase) for phase in (rng.permutation(count) + rng.uniform()) / count]
+    phases = (rng.permutation(count) + rng.uniform()) / count
+    errors = [staircase(smoothed, step, phase) for phase in phases]
     cut = slice(chosen.trim, len(q) - chosen.trim)
     seen = float((q - smoothed)[cut].var())
     alone = float(np.mean([(error - smooth(error, chosen))[cut].var() for error in errors]))
     if not alone or seen > MOST_BESIDE * alone:
         return []
-    return [error * np.sqrt(max(seen / alone, 1.0)) for error in errors]
+    larger, zero = np.sqrt(max(seen / alone, 1.0)), step * (phases - np.round(phases)) * zeros
+    return [error * larger + off for error, off in zip(errors, zero, strict=True)]
 
 
 def _modulated(record: Measurements, chosen: Filter, share: float) -> Measurements:

@@ -40,6 +40,7 @@ from symoro_elastic.analysis.identification.regression import (
     zero_entries,
 )
 from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, Columns, Sensors, Torques, sought_sensors
+from symoro_elastic.analysis.identification.spikes import without_spikes
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
@@ -100,8 +101,8 @@ class Sampled:
 
     @cached_property
     def draws(self) -> list[tuple[Array, Array, Array]]:
-        """Noises of q, qd, qdd, many."""
-        return noises_like(self.record, self.chosen, DRAWS)[0] if self.chosen else []
+        """Noises of q, qd, qdd, many, with the zeros of encoders: they are known to half a step at best."""
+        return noises_like(self.record, self.chosen, DRAWS, zeros=True)[0] if self.chosen else []
 
     def averages(self, x: Array) -> Array:
         """Return averages of x (N, n)."""
@@ -263,6 +264,7 @@ def identify(
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
     chosen = _filter(records, _driven(machine), bandwidth) if filtered else None
+    records = [without_spikes(record, chosen, machine) for record in records] if chosen else records
     step("trace")
     Y = Y or regressor(machine, values)
     fixed = _known(Y.columns, known or {}, machine)

@@ -49,11 +49,11 @@ def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> li
             notes.append(f"{what}: compensated, and sought with the parameters")
     for m, size in sensors.untold.items():
         joint = machine.motor_joints[m]
-        what, size = f"an offset of the torque of {joint.name}", f"{size:.2g} {joint.force_unit}"
+        what, below = f"an offset of the torque of {joint.name}", f"{size:.2g} {joint.force_unit}"
         if sensors.offsets:
-            what += f" is not told from gravity by this motion: standard deviations allow for {size}, as others have"
+            what += f" is not told from gravity by this motion: standard deviations allow for {below}, as others have"
             notes.append(f"{what}; move it farther, or give --offsets always")
         else:
-            what += f" below {size} would not show, and parameters of gravity take it up"
+            what += f" below {below} would not show, and parameters of gravity take it up"
             notes.append(f"{what}: give --offsets always if its sensor may have one")
     return notes

@@ -1,0 +1,83 @@
+"""Spikes: samples that stick out beside their neighbours, as lost messages and electrical disturbances leave them.
+
+The identifier of Hampel (Pearson 2002), on what is faster than the motion: a sample is a spike where it differs from
+the median of its neighbours by more than 6 standard deviations of the noise, by a quantile that spikes do not move. A
+median keeps edges, so a torque that jumps where dry friction reverses has none. Spikes become the median.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from statistics import NormalDist
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.filtering import Filter, smooth
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.analysis.time_series.resolution import resolution_of
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.packages import for_identification
+from symoro_elastic.machine.machine import Joint, Machine
+
+NEIGHBOURS = 7  # samples of the median
+STICKS_OUT = 6.0  # standard deviations of noise
+QUIET = 0.8  # of the samples are no spikes, at any place, too
+NEAR = 50  # samples to each side that tell the noise at a place
+LEAST = 1e-4  # of the standard deviation of a signal: its noise is at least taken for that
+MOST_SPIKES = 0.1  # of the samples: more are noise with long tails
+
+
+@dataclass(frozen=True)
+class Found:
+    """A signal (N) without its spikes, and where it had them."""
+
+    x: Array
+    spikes: BoolArray
+
+
+def without_spikes(record: Measurements, chosen: Filter, machine: Machine) -> Measurements:
+    """Return the record with the median of neighbours in place of spikes, and a warning for each column with some."""
+    joints, motors = machine.independent_joints, machine.motor_joints
+    blocks = {"q": ("positions", joints), "qd": ("velocities", joints), "qdd": ("accelerations", joints)}
+    changed, lines = {}, []
+    for name, (title, named) in {**blocks, "tau": ("torque", motors)}.items():
+        before = getattr(record, name)
+        if before is not None and before.shape[1]:
+            changed[name], said = _repaired(before, record.t, chosen, title, named)
+            lines += said
+    return replace(record, **changed, warnings=(*record.warnings, *lines)) if lines else record
+
+
+def spikes_of(x: Array, slow: Array) -> Found:
+    """Return a signal (N) without spikes, of which `slow` is the part that motion makes."""
+    fast = x - slow
+    beside = fast - for_identification("scipy.ndimage").median_filter(fast, NEIGHBOURS, mode="nearest")
+    deviation = max(_deviation(beside), resolution_of(x), LEAST * float(x.std()))
+    spikes = np.abs(beside) > STICKS_OUT * deviation
+    for k in np.flatnonzero(spikes):
+        spikes[k] = abs(beside[k]) > STICKS_OUT * _deviation(beside[max(0, k - NEAR) : k + NEAR + 1])
+    return Found(np.where(spikes, x - beside, x), spikes)
+
+
+def _deviation(x: Array) -> float:
+    """Return the standard deviation of noise by a quantile."""
+    return float(np.quantile(np.abs(x), QUIET)) / NormalDist().inv_cdf((1 + QUIET) / 2)
+
+
+def _repaired(x: Array, t: Array, chosen: Filter, title: str, joints: Sequence[Joint]) -> tuple[Array, list[str]]:
+    """Return the columns of a block (N, k) without spikes, and a line for each that had some."""
+    slow, repaired, lines = smooth(x, chosen), x.copy(), []
+    for k, joint in enumerate(joints):
+        found = spikes_of(x[:, k], slow[:, k])
+        if not (count := int(found.spikes.sum())):
+            continue
+        first = float(t[np.flatnonzero(found.spikes)[0]])
+        what = f"{title} of {joint.name}: {count} of {len(t)} samples are spikes, the first at t = {first:g} s"
+        if count > MOST_SPIKES * len(t):
+            way_out = "too many to be taken out, so standard deviations count them as noise: look for their cause"
+        else:
+            repaired[:, k] = found.x
+            way_out = "replaced by the median of their neighbours; look for lost messages or disturbances of the sensor"
+        lines.append(f"{what}: {way_out}")
+    return repaired, lines
