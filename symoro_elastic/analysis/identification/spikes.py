@@ -1,8 +1,8 @@
 """Spikes: samples that stick out beside their neighbours, as lost messages and electrical disturbances leave them.
 
-The identifier of Hampel (Pearson 2002), on what is faster than the motion: a sample is a spike where it differs from
-the median of its neighbours by more than 6 standard deviations of the noise, by a quantile that spikes do not move. A
-median keeps edges, so a torque that jumps where dry friction reverses has none. Spikes become the median.
+The identifier of Hampel (Pearson 2002), on what of a signal is faster than the motion: a sample is a spike where it
+differs from the median of its neighbours by more than noise does, which a quantile tells that spikes do not move, and
+by more than a slope does at an edge, as where dry friction reverses. Spikes become the median.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.machine import Joint, Machine
 
 NEIGHBOURS = 7  # samples of the median
-STICKS_OUT = 6.0  # standard deviations of noise
+ALONG_SLOPES = 4.0  # steps of a slope, of which noise alone has one: three are to the end of the neighbours
+STICKS_OUT = 4.0  # standard deviations of noise beyond them
 QUIET = 0.8  # of the samples are no spikes, at any place, too
 NEAR = 50  # samples to each side that tell the noise at a place
 LEAST = 1e-4  # of the standard deviation of a signal: its noise is at least taken for that
@@ -51,12 +52,13 @@ def without_spikes(record: Measurements, chosen: Filter, machine: Machine) -> Me
 
 def spikes_of(x: Array, slow: Array) -> Found:
     """Return a signal (N) without spikes, of which `slow` is the part that motion makes."""
-    fast = x - slow
-    beside = fast - for_identification("scipy.ndimage").median_filter(fast, NEIGHBOURS, mode="nearest")
-    deviation = max(_deviation(beside), resolution_of(x), LEAST * float(x.std()))
-    spikes = np.abs(beside) > STICKS_OUT * deviation
+    fast, median = x - slow, for_identification("scipy.ndimage").median_filter
+    beside = fast - median(fast, NEIGHBOURS, mode="nearest")
+    slopes = median(np.abs(np.diff(fast, prepend=fast[:1])), NEIGHBOURS + 2, mode="nearest")
+    beyond = np.abs(beside) - ALONG_SLOPES * slopes
+    spikes = beyond > STICKS_OUT * max(_deviation(beside), resolution_of(x), LEAST * float(x.std()))
     for k in np.flatnonzero(spikes):
-        spikes[k] = abs(beside[k]) > STICKS_OUT * _deviation(beside[max(0, k - NEAR) : k + NEAR + 1])
+        spikes[k] = beyond[k] > STICKS_OUT * _deviation(beside[max(0, k - NEAR) : k + NEAR + 1])
     return Found(np.where(spikes, x - beside, x), spikes)
 
 
