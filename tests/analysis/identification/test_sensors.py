@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import math
+import weakref
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -180,6 +182,31 @@ def test_errors_of_one_factor_count_in_the_covariance() -> None:
     added = doubted.covariance - bare.covariance
     np.testing.assert_allclose(added, [[(0.5 * np.mean(t**2)) ** 2, 0.0], [0.0, 0.0]], atol=1e-12)
     np.testing.assert_array_equal(doubted.X, bare.X)
+
+
+@pytest.mark.thorough
+def test_zeros_of_coarse_encoders_count_in_standard_deviations(arm: Machine) -> None:
+    """An elbow that reads a step of 10 bits more turns MX2 by that angle into MY2, and std has room for half of it."""
+    step, motion, values = 2 * np.pi / 2**10, random_motion(LIMITS, 0.5, 5, 0), []
+    t = np.arange(10000) / RATE
+    q, tau = motion.at(t)[0], torques(arm, *motion.at(t)) + NOISE * np.random.default_rng(0).standard_normal((10000, 2))
+    for zero in (0.5, -0.5):
+        read = np.floor(q / step + 0.5 + np.array([0.0, zero])) * step
+        found = identify(arm, Measurements(t, read, tau))
+        values.append(found.estimation["MY2"])
+    turned = step * found.estimation["MX2"].unknown.nominal
+    assert abs(values[0].value - values[1].value) == pytest.approx(turned, rel=0.05)
+    assert min(e.std for e in values) > turned / math.sqrt(12)
+
+
+def test_nothing_of_an_identification_is_kept(arm: Machine) -> None:
+    """Results and what they are made of go with the last one that holds them, so that many need the memory of one."""
+    measured = record(arm, seconds=10)
+    found = identify(arm, measured)
+    held = [weakref.ref(x) for x in (found, found.estimation, found.equations, found.estimation.solution, measured)]
+    del found, measured
+    gc.collect()
+    assert [x() for x in held] == [None] * len(held)
 
 
 def test_sensors_are_not_saved_and_said_so(arm: Machine) -> None:
