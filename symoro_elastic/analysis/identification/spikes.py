@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,8 @@ def without_spikes(record: Measurements, chosen: Filter, machine: Machine) -> Me
     """Return the record with the median of neighbours in place of spikes, and a warning for each column with some."""
     joints, motors = machine.independent_joints, machine.motor_joints
     blocks = {"q": ("positions", joints), "qd": ("velocities", joints), "qdd": ("accelerations", joints)}
-    changed, lines = {}, []
+    changed: dict[str, Any] = {}
+    lines: list[str] = []
     for name, (title, named) in {**blocks, "tau": ("torque", motors)}.items():
         before = getattr(record, name)
         if before is not None and before.shape[1]:
