@@ -23,7 +23,7 @@ from symoro_elastic.machine.machine import Joint, Machine
 
 NEIGHBOURS = 7  # samples of the median
 ALONG_SLOPES = 4.0  # steps of a slope, of which noise alone has one: three are to the end of the neighbours
-STICKS_OUT = 4.0  # standard deviations of noise beyond them
+STICKS_OUT = 6.0  # standard deviations of noise beyond them
 QUIET = 0.8  # of the samples are no spikes, at any place, too
 NEAR = 50  # samples to each side that tell the noise at a place
 LEAST = 1e-4  # of the standard deviation of a signal: its noise is at least taken for that

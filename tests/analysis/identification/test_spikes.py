@@ -21,8 +21,7 @@ Array = NDArray[np.float64]
 CHOSEN = Filter(500.0, 2.5, 12.5, window=100, step=33)
 T = np.arange(5000) / 500.0
 SLOW = 20 * np.sin(2 * np.pi * 0.6 * T) + 5 * np.cos(2 * np.pi * 2.4 * T)
-RNG = np.random.default_rng(0)
-NOISE = 0.2 * RNG.standard_normal(len(T))
+NOISE = 0.2 * np.random.default_rng(0).standard_normal(len(T))
 FRICTION = 3.0 * np.sign(np.cos(2 * np.pi * 1.1 * T))
 
 
@@ -34,18 +33,19 @@ def found(x: Array) -> tuple[Array, NDArray[np.int_]]:
 
 @pytest.mark.parametrize("together", [1, 3])
 def test_spikes_are_found_where_they_are_put(together: int) -> None:
-    """Alone and three in a row, on motion, noise and dry friction; what replaces them is within the noise.
+    """40 std of noise, alone and three in a row, on motion and dry friction; what replaces them is within the noise.
 
     Beside a jump of friction, three of the seven neighbours away, a spike may look like the other side.
     """
-    places = np.sort(RNG.choice(np.arange(10, 4990, 10), 100 // together, replace=False))
+    rng = np.random.default_rng(together)
+    places = np.sort(rng.choice(np.arange(10, 4990, 10), 100 // together, replace=False))
     jumps = np.flatnonzero(np.diff(FRICTION))
     places = places[abs(places[:, None] - jumps).min(axis=1) > 7]
-    signs = np.repeat(RNG.choice([-1.0, 1.0], len(places)), together)
+    signs = np.repeat(rng.choice([-1.0, 1.0], len(places)), together)
     places = (places[:, None] + np.arange(together)).ravel()
     x = SLOW + FRICTION + NOISE
     spiked = x.copy()
-    spiked[places] += 4.0 * signs
+    spiked[places] += 8.0 * signs
     repaired, at = found(spiked)
     np.testing.assert_array_equal(at, places)
     assert abs(repaired - x)[places].max() < 6 * 0.2
