@@ -18,7 +18,9 @@ LONGEST_BLOCK = 150
 FEWEST_PAIRS = 3
 """Statements of a block, and times that a pair occurs where it becomes one."""
 NEVER = (0, 0)
-OPERAND = re.compile(r"(?:sine|cosine)\[\d+\]|[A-Za-z_]\w*")
+APART = -1
+"""In place of the kind of a pair that is not merged."""
+OPERAND = re.compile(r"((?:sine|cosine)\[\d+\]|[A-Za-z_]\w*)")
 
 
 class Block(NamedTuple):
@@ -35,7 +37,7 @@ class Block(NamedTuple):
 
 
 class _Kinds:
-    """Numbers of kinds of work."""
+    """Numbers of kinds of work: statements, and pairs of kinds with the variables in common."""
 
     def __init__(self) -> None:
         self._numbers: dict[Hashable, int] = {}
@@ -57,59 +59,67 @@ def blocks(
     kinds = _Kinds()
     found = [_single(k, name, text, operands, kinds) for k, (name, text) in enumerate(statements)]
     for of_one_section in (True, False):
-        merged = len(found) + 1
-        while len(found) < merged:
-            merged = len(found)
-            found = _merged(found, kinds, _pairs(found, sections if of_one_section else None, longest))
+        row = _Row(found, _Pairs(kinds, sections if of_one_section else None, longest))
+        while row.merge():
+            pass
+        found = row.blocks
     return found
 
 
 def _single(first: int, name: str, text: str, operands: Collection[str], kinds: _Kinds) -> Block:
     """The block of one statement, whose right side names `operands`."""
-    read: dict[str, int] = {}
-
-    def place(found: re.Match[str]) -> str:
-        return f"{{{read.setdefault(found[0], len(read))}}}" if found[0] in operands else found[0]
-
-    kind = kinds.of(OPERAND.sub(place, text))
+    pieces = OPERAND.split(text)
+    names = pieces[1::2]
+    read = {one: k for k, one in enumerate(dict.fromkeys([one for one in names if one in operands]))}
+    kind = kinds.of((*pieces[::2], *[read.get(one, one) for one in names]))
     return Block(kind, first, 1, tuple(read), (name,))
 
 
-Pair = tuple[int, int, tuple[int, ...]]
+class _Pairs:
+    """Kinds of pairs of blocks: their own kinds and the variables in common."""
+
+    def __init__(self, kinds: _Kinds, sections: Sequence[Section] | None, longest: int) -> None:
+        """With `sections`, only blocks of one section are merged."""
+        self._kinds, self._sections, self._longest = kinds, sections, longest
+
+    def of(self, a: Block, b: Block) -> int:
+        """The kind of a block and the next; `APART` where they stay apart."""
+        if a.size + b.size > self._longest:
+            return APART
+        if self._sections is not None and self._sections[a.first] != self._sections[b.first]:
+            return APART
+        places = {name: k for k, name in enumerate(a.read + a.defined)}
+        return self._kinds.of((a.kind, b.kind, *[places.get(name, -1) for name in b.read]))
 
 
-def _pairs(found: Sequence[Block], sections: Sequence[Section] | None, longest: int) -> list[Pair | None]:
-    """Each block with the next: their kinds and the variables in common; None where they stay apart."""
-    return [
-        _pair(a, b)
-        if a.size + b.size <= longest and (sections is None or sections[a.first] == sections[b.first])
-        else None
-        for a, b in pairwise(found)
-    ]
+class _Row:
+    """Blocks in order, and the kinds of their pairs: `kinds[k]` is that of blocks k and k + 1."""
 
+    def __init__(self, found: Sequence[Block], pairs: _Pairs) -> None:
+        self._pairs = pairs
+        self.blocks = list(found)
+        self._kinds = [pairs.of(a, b) for a, b in pairwise(found)]
 
-def _pair(a: Block, b: Block) -> Pair:
-    places = {name: k for k, name in enumerate((*a.read, *a.defined))}
-    return a.kind, b.kind, tuple([places.get(name, -1) for name in b.read])
-
-
-def _merged(found: Sequence[Block], kinds: _Kinds, pairs: Sequence[Pair | None]) -> list[Block]:
-    """Blocks with pairs merged that occur often, each with the neighbour with which it does more often, or first."""
-    times = Counter(pair for pair in pairs if pair is not None)
-    often = {pair: (n, -order) for order, (pair, n) in enumerate(times.items()) if n >= FEWEST_PAIRS}
-    ranks = [often.get(pair, NEVER) if pair is not None else NEVER for pair in pairs] + [NEVER, NEVER]
-    merged, k = [], 0
-    while k < len(found):
-        if ranks[k] > NEVER and ranks[k] >= ranks[k + 1]:
-            merged.append(_both(found[k], found[k + 1], kinds.of(pairs[k])))
-            k += 2
-        else:
-            merged.append(found[k])
-            k += 1
-    return merged
+    def merge(self) -> bool:
+        """Merge pairs that occur often, each block with the neighbour with which it does more often, or first."""
+        kinds, blocks, before = self._kinds, self.blocks, len(self.blocks)
+        times = Counter(kinds)
+        often = {kind: (n, -order) for order, (kind, n) in enumerate(times.items()) if n >= FEWEST_PAIRS}
+        often.pop(APART, None)
+        ranks = [often.get(kind, NEVER) for kind in kinds] + [NEVER, NEVER]
+        self.blocks, self._kinds, k, last_merged = [], [], 0, False
+        while k < before:
+            merges = ranks[k] > NEVER and ranks[k] >= ranks[k + 1]
+            block = _both(blocks[k], blocks[k + 1], kinds[k]) if merges else blocks[k]
+            if self.blocks:
+                is_new = merges or last_merged
+                self._kinds.append(self._pairs.of(self.blocks[-1], block) if is_new else kinds[k - 1])
+            self.blocks.append(block)
+            k, last_merged = k + 1 + merges, merges
+        return len(self.blocks) < before
 
 
 def _both(a: Block, b: Block, kind: int) -> Block:
     known = {*a.read, *a.defined}
-    read = (*a.read, *(name for name in b.read if name not in known))
+    read = (*a.read, *[name for name in b.read if name not in known])
     return Block(kind, a.first, a.size + b.size, read, a.defined + b.defined)
