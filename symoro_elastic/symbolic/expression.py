@@ -42,20 +42,26 @@ class Graph:
     def __len__(self) -> int:
         return len(self._interned)
 
+    @property
+    def nodes(self) -> list[Expression]:
+        """All nodes; their numbers are their places."""
+        return list(self._interned.values())
+
     def symbol(self, name: str, level: Level = Level.STATE) -> Expression:
         """The variable of this name."""
         if name not in self._symbols:
-            self._symbols[name] = Expression(self, SYMBOL, (name,), len(self._interned), level)
+            self._symbols[name] = Expression(self, SYMBOL, (name,), (), len(self._interned), level)
             self._interned[SYMBOL, name] = self._symbols[name]
         return self._symbols[name]
 
     def node(self, operation: str, *operands: Operand) -> Expression:
         """The node of this operation on these operands, already in normal form."""
-        key = (operation, *[o.id if type(o) is Expression else Fraction(o).as_integer_ratio() for o in operands])
+        key = (operation, *[o.id if type(o) is Expression else o.as_integer_ratio() for o in operands])
         found = self._interned.get(key)
         if found is None:
-            level = max((o.level for o in operands if type(o) is Expression), default=Level.CONSTANT)
-            found = self._interned[key] = Expression(self, operation, operands, len(self._interned), level)
+            needs = tuple([o for o in operands if type(o) is Expression])
+            level = max([x.level for x in needs], default=Level.CONSTANT)
+            found = self._interned[key] = Expression(self, operation, operands, needs, len(self._interned), level)
         return found
 
     def pair(self, operation: str, first: Expression, second: Expression) -> Expression:
@@ -63,8 +69,8 @@ class Graph:
         key = (operation, first.id, second.id)
         found = self._interned.get(key)
         if found is None:
-            level = first.level if first.level > second.level else second.level
-            found = self._interned[key] = Expression(self, operation, (first, second), len(self._interned), level)
+            level, both = first.level if first.level > second.level else second.level, (first, second)
+            found = self._interned[key] = Expression(self, operation, both, both, len(self._interned), level)
         return found
 
     def negative(self, x: Expression) -> Expression:
@@ -72,20 +78,32 @@ class Graph:
         key = (NEGATE, x.id)
         found = self._interned.get(key)
         if found is None:
-            found = self._interned[key] = Expression(self, NEGATE, (x,), len(self._interned), x.level)
+            found = self._interned[key] = Expression(self, NEGATE, (x,), (x,), len(self._interned), x.level)
         return found
 
 
 @final
 class Expression:
-    """A node: an operation on operands, which are older nodes or constants; the operand of a symbol is its name."""
+    """A node: an operation on operands, which are older nodes or constants; the operand of a symbol is its name.
 
-    __slots__ = ("graph", "id", "level", "operands", "operation")
+    `needs` are the nodes among the operands.
+    """
 
-    def __init__(self, graph: Graph, operation: str, operands: tuple[Any, ...], number: int, level: Level) -> None:
+    __slots__ = ("graph", "id", "level", "needs", "operands", "operation")
+
+    def __init__(
+        self,
+        graph: Graph,
+        operation: str,
+        operands: tuple[Any, ...],
+        needs: tuple[Expression, ...],
+        number: int,
+        level: Level,
+    ) -> None:
         self.graph = graph
         self.operation = operation
         self.operands = operands
+        self.needs = needs
         self.id = number
         self.level = level
 
@@ -258,8 +276,8 @@ def reachable(roots: Iterable[Scalar]) -> list[Expression]:
     found: dict[int, Expression] = {root.id: root for root in roots if type(root) is Expression}
     stack = list(found.values())
     while stack:
-        for operand in stack.pop().operands:
-            if type(operand) is Expression and operand.id not in found:
-                found[operand.id] = operand
-                stack.append(operand)
+        for x in stack.pop().needs:
+            if x.id not in found:
+                found[x.id] = x
+                stack.append(x)
     return [found[number] for number in sorted(found)]

@@ -52,24 +52,26 @@ class Uses:
 
     def __init__(self, roots: Iterable[Scalar], whole: Collection[int] = ()) -> None:
         self._whole = whole
-        self._times: dict[int, int] = {}
         self.nodes: list[Expression] = []
-        times, nodes = self._times, self.nodes
-        pending: list[Iterable[Scalar]] = [roots]
-        for operands in pending:  # grows on the way
-            for x in operands:
-                if type(x) is Expression:
-                    if x.id in times:
-                        times[x.id] += 1
-                    else:
-                        times[x.id] = 1
-                        nodes.append(x)
-                        pending.append(x.operands)
-        nodes.sort(key=attrgetter("id"))
+        self._of: defaultdict[str, list[Expression]] = defaultdict(list)
+        used = [x for x in roots if type(x) is Expression]
+        older = used[0].graph.nodes[: 1 + max(x.id for x in used)] if used else []
+        self._times = times = [0] * len(older)
+        for x in used:
+            times[x.id] += 1
+        for node in reversed(older):
+            if times[node.id]:
+                self.nodes.append(node)
+                for x in node.needs:
+                    times[x.id] += 1
+        self.nodes.reverse()
+        for node in self.nodes:
+            self._of[node.operation].append(node)
 
     def of(self, *operations: str) -> list[Expression]:
         """The nodes of some operations."""
-        return [node for node in self.nodes if node.operation in operations]
+        found = [node for operation in operations for node in self._of[operation]]
+        return sorted(found, key=attrgetter("id")) if len(operations) > 1 else found
 
     def once(self, x: Expression) -> bool:
         """Whether a node has a single use."""
@@ -77,7 +79,9 @@ class Uses:
 
     def inner(self, *operations: str) -> set[Expression]:
         """The nodes of some operations that have a single use and no name."""
-        return {node for node in self.of(*operations) if self.once(node) and node.id not in self._whole}
+        times, whole = self._times, self._whole
+        nodes = (node for operation in operations for node in self._of[operation])
+        return {node for node in nodes if times[node.id] == 1 and node.id not in whole}
 
 
 class NewValues:
@@ -90,8 +94,9 @@ class NewValues:
         """The new value of an expression; a sign is carried over from -x to x."""
         if type(x) is not Expression:
             return x
-        if x.id in self.changed:
-            return self.changed[x.id]
+        found = self.changed.get(x.id)
+        if found is not None:
+            return found
         if x.operation == NEGATE and x.operands[0].id in self.changed:
             return -self.changed[x.operands[0].id]
         return x
@@ -141,8 +146,8 @@ def remade(nodes: Iterable[Expression], recipes: Recipes) -> NewValues:
         if node.id in recipes:
             changed[node.id] = recipes[node.id].rebuilt(value)
             continue
-        for x in node.operands:
-            if type(x) is Expression and x.id in changed:
+        for x in node.needs:
+            if x.id in changed:
                 changed[node.id] = _applied(node, [value(o) for o in node.operands])
                 break
     return value
@@ -245,7 +250,8 @@ class _Pairing:
         self._parts: list[Operand | Pair] = []
         self._free: list[bool] = []
         bags = {number: [self._atom(x) for x in factors] for number, factors in products.items()}
-        self._made = {(min(bag), max(bag)) for bag in bags.values() if len(bag) == 2}
+        pairs = (bag for bag in bags.values() if len(bag) == 2)
+        self._made = {(first, second) if first < second else (second, first) for first, second in pairs}
         self._bags = {number: bag for number, bag in bags.items() if len(bag) > 2}
         self._holders: defaultdict[Pair, set[int]] = defaultdict(set)
         self._heap: list[tuple[int, Pair]] = []
@@ -359,7 +365,7 @@ def common_factors(uses: Uses) -> Recipes:
         terms[node.id] = found
     recipes: dict[int, Recipe] = {}
     for number, found in terms.items():
-        factor = _most_common([x for _, x in found if isinstance(x, Expression) and x in products])
+        factor = _most_common([x for _, x in found if type(x) is Expression and x in products])
         if factor is not None:
             recipes[number] = FactoredSum(factor, found, products)
     return recipes
@@ -369,10 +375,11 @@ def _most_common(products: Sequence[Expression]) -> Operand | None:
     """The factor of most of these products; None where no two share one."""
     if len(products) < 2:
         return None
-    times = Counter(factor for x in products for factor in set(x.operands))
-    most = max(times.values())
-    if most == 1:
+    factors = [factor for x in products for factor in set(x.operands)]
+    if len(set(factors)) == len(factors):
         return None
+    times = Counter(factors)
+    most = max(times.values())
     found: list[Operand] = [factor for factor, n in times.items() if n == most]
     return max(found, key=lambda x: (True, x.id) if type(x) is Expression else (False, x))
 

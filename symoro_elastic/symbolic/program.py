@@ -179,6 +179,11 @@ class Pruned:
     names: Names
     nodes: Sequence[Expression]
 
+    @property
+    def numbers(self) -> int:
+        """More than the number of any node."""
+        return self.nodes[-1].id + 1 if self.nodes else 0
+
 
 def prune(outputs: Iterable[Output], names: Names) -> Pruned:
     """Leave out what no output needs, and compute the rest with fewer products."""
@@ -194,16 +199,16 @@ def _with_values(output: Output, values: Mapping[int, Operand]) -> Output:
 
 def schedule(inputs: Iterable[Input], pruned: Pruned) -> Program:
     """Put the work in the order of the sections, name and count it."""
-    statements = name(pruned, _scheduled(pruned))
+    statements, constant, parameter, state = name(pruned, _scheduled(pruned)), *Level
     return Program(
         tuple(inputs),
         pruned.outputs,
-        tuple(s for s in statements if s.node.level == Level.PARAMETER),
-        tuple(s for s in statements if s.node.level == Level.STATE),
+        tuple([s for s in statements if s.node.level == parameter]),
+        tuple([s for s in statements if s.node.level == state]),
         frozenset(n.operands[0] for n in pruned.nodes if n.operation == SYMBOL),
-        count(pruned.nodes, Level.STATE),
-        count(pruned.nodes, Level.PARAMETER),
-        tuple(node for node in pruned.nodes if node.level == Level.CONSTANT),
+        count(pruned.nodes, state),
+        count(pruned.nodes, parameter),
+        tuple([node for node in pruned.nodes if node.level == constant]),
         tuple(pruned.names.constants.values()),
         pruned.names.quantities,
     )
@@ -230,33 +235,36 @@ def _scheduled(pruned: Pruned) -> Scheduled:
     return sorted(found, key=lambda ranked: ranked[0])  # nodes are in order, and the sort is stable
 
 
-def _ranks(pruned: Pruned) -> dict[int, int]:
+def _ranks(pruned: Pruned) -> list[int]:
     """Position of the section of each node: its own, or its earliest user's if that is earlier."""
-    labels, order = pruned.names.labels, pruned.names.order
-    last = len(order)
-    ranks: dict[int, int] = {}
+    own = {number: pruned.names.order[label.section] for number, (label, _) in pruned.names.labels.items()}
+    return _earliest(pruned, own, len(pruned.names.order))
+
+
+def _earliest(pruned: Pruned, own: Mapping[int, int], last: int) -> list[int]:
+    """The position of each node: its own or that of its first user, whichever is earlier; `last` where it has none."""
+    found = [last] * pruned.numbers
     for node in reversed(pruned.nodes):
-        rank = ranks.get(node.id, last)
-        if node.id in labels:
-            rank = min(rank, order[labels[node.id][0].section])
-        ranks[node.id] = rank
-        for x in node.operands:
-            if type(x) is Expression and rank < ranks.get(x.id, last):
-                ranks[x.id] = rank
-    return ranks
+        position = found[node.id]
+        if own.get(node.id, last) < position:
+            found[node.id] = position = own[node.id]
+        for x in node.needs:
+            if position < found[x.id]:
+                found[x.id] = position
+    return found
 
 
 def _assigned(pruned: Pruned) -> set[int]:
     """Nodes that get a variable: named, shared, for the next level, or deep."""
-    labels, shared = pruned.names.labels, _shared(pruned)
+    labels, shared, constant = pruned.names.labels, _shared(pruned), Level.CONSTANT
     assigned: set[int] = set()
-    depth: dict[int, int] = {}
+    depth = [0] * pruned.numbers
     for node in pruned.nodes:
         deepest = 0
-        for x in node.operands:
-            if type(x) is Expression and depth[x.id] > deepest:
+        for x in node.needs:
+            if depth[x.id] > deepest:
                 deepest = depth[x.id]
-        if node.operation not in (SYMBOL, NEGATE) and node.level != Level.CONSTANT:
+        if node.operation not in (SYMBOL, NEGATE) and node.level != constant:
             deepest += 1
             if node.id in labels or node.id in shared or deepest > MAX_INLINE_DEPTH:
                 assigned.add(node.id)
@@ -271,8 +279,10 @@ def _shared(pruned: Pruned) -> set[int]:
     A use of -x is one of x.
     """
     results = [x for output in pruned.outputs for x in output.entries if type(x) is Expression]
-    uses = Counter(x.id for x in results)
     shared = {x.id for x in results if x.level == Level.PARAMETER}
+    uses = [0] * pruned.numbers
+    for x in results:
+        uses[x.id] += 1
     for node in reversed(pruned.nodes):
         if uses[node.id] > 1:
             shared.add(node.id)
@@ -282,11 +292,10 @@ def _shared(pruned: Pruned) -> set[int]:
             if node.id in shared:
                 shared.add(inner)
             continue
-        for x in node.operands:
-            if type(x) is Expression:
-                uses[x.id] += 1
-                if x.level < node.level:
-                    shared.add(x.id)
+        for x in node.needs:
+            uses[x.id] += 1
+            if x.level < node.level:
+                shared.add(x.id)
     return shared
 
 
@@ -314,22 +323,12 @@ def _refuse_repeated(names: Iterable[str]) -> None:
 
 
 def _homes(pruned: Pruned, scheduled: Scheduled) -> dict[int, str]:
-    """For each node the name of the first quantity that needs it."""
-    labels = pruned.names.labels
-    position = {node.id: k for k, (_, node) in enumerate(scheduled)}
+    """For each scheduled node without a name that of the first quantity that needs it."""
+    labels, last = pruned.names.labels, len(scheduled)
     names = {k: labels[node.id][0].name for k, (_, node) in enumerate(scheduled) if node.id in labels}
-    last = len(scheduled)
     names[last] = "result_"
-    first: dict[int, int] = {}
-    for node in reversed(pruned.nodes):
-        home = first.get(node.id, last)
-        if node.id in labels and node.id in position:
-            home = position[node.id]
-        first[node.id] = home
-        for x in node.operands:
-            if type(x) is Expression and home < first.get(x.id, last):
-                first[x.id] = home
-    return {number: names[home] for number, home in first.items()}
+    first = _earliest(pruned, {scheduled[k][1].id: k for k in names if k < last}, last)
+    return {node.id: names[first[node.id]] for _, node in scheduled if node.id not in labels}
 
 
 def _part_name(home: str, letters: dict[str, itertools.count[int]]) -> str:
@@ -388,5 +387,6 @@ def _copies(roots: list[Operand], names: Mapping[str, str]) -> dict[int, Express
         if node.operation == SYMBOL:
             operands = tuple(names.get(name, name) for name in node.operands)
         if any(new is not old for new, old in zip(operands, node.operands, strict=True)):
-            copies[node.id] = Expression(node.graph, node.operation, operands, node.id, node.level)
+            needs = tuple([x for x in operands if isinstance(x, Expression)])
+            copies[node.id] = Expression(node.graph, node.operation, operands, needs, node.id, node.level)
     return copies
