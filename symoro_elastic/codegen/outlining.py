@@ -57,69 +57,94 @@ def blocks(
     `operands` are the names that stand for numbers; others, such as those of functions, belong to the work.
     """
     kinds = _Kinds()
-    found = [_single(k, name, text, operands, kinds) for k, (name, text) in enumerate(statements)]
+    works = [_work(k, name, text, operands, kinds) for k, (name, text) in enumerate(statements)]
+    read = [tuple(work.places)[:-1] for work in works]
     for of_one_section in (True, False):
-        row = _Row(found, _Pairs(kinds, sections if of_one_section else None, longest))
+        row = _Row(works, _Pairs(kinds, sections if of_one_section else None, longest))
         while row.merge():
             pass
-        found = row.blocks
-    return found
+        works = row.works
+    return [_block(work, statements, read) for work in works]
 
 
-def _single(first: int, name: str, text: str, operands: Collection[str], kinds: _Kinds) -> Block:
-    """The block of one statement, whose right side names `operands`."""
+def _block(work: _Work, statements: Sequence[tuple[str, str]], read: Sequence[Sequence[str]]) -> Block:
+    """The block of some work; `read` is what each of the statements reads."""
+    own = range(work.first, work.first + work.size)
+    defined = dict.fromkeys([statements[k][0] for k in own])
+    before = dict.fromkeys([name for k in own for name in read[k] if name not in defined])
+    return Block(work.kind, work.first, work.size, tuple(before), tuple(defined))
+
+
+class _Work(NamedTuple):
+    """Statements in a row from `first` on, their kind, and the places of the variables in it.
+
+    Variables of works of one kind correspond by their places, which are less than `room`.
+    """
+
+    kind: int
+    first: int
+    size: int
+    places: dict[str, int]
+    room: int
+
+
+def _work(first: int, name: str, text: str, operands: Collection[str], kinds: _Kinds) -> _Work:
+    """The work of one statement, whose right side names `operands`; its own variable has the last place."""
     pieces = OPERAND.split(text)
-    names = pieces[1::2]
-    read = {one: k for k, one in enumerate(dict.fromkeys([one for one in names if one in operands]))}
-    kind = kinds.of((*pieces[::2], *[read.get(one, one) for one in names]))
-    return Block(kind, first, 1, tuple(read), (name,))
+    places: dict[str, int] = {}
+    for k, word in enumerate(pieces[1::2]):
+        if word in operands:
+            pieces[2 * k + 1] = places.setdefault(word, len(places))
+    kind = kinds.of(tuple(pieces))
+    places[name] = len(places)
+    return _Work(kind, first, 1, places, len(places))
 
 
 class _Pairs:
-    """Kinds of pairs of blocks: their own kinds and the variables in common."""
+    """Kinds of pairs of works: their own kinds and the variables in common."""
 
     def __init__(self, kinds: _Kinds, sections: Sequence[Section] | None, longest: int) -> None:
-        """With `sections`, only blocks of one section are merged."""
+        """With `sections`, only works of one section are merged."""
         self._kinds, self._sections, self._longest = kinds, sections, longest
 
-    def of(self, a: Block, b: Block) -> int:
-        """The kind of a block and the next; `APART` where they stay apart."""
+    def of(self, a: _Work, b: _Work) -> int:
+        """The kind of a work and the next; `APART` where they stay apart."""
         if a.size + b.size > self._longest:
             return APART
         if self._sections is not None and self._sections[a.first] != self._sections[b.first]:
             return APART
-        places = {name: k for k, name in enumerate(a.read + a.defined)}
-        return self._kinds.of((a.kind, b.kind, *[places.get(name, -1) for name in b.read]))
+        in_a, in_b = a.places, b.places
+        shared = sorted([(in_a[name], in_b[name]) for name in in_a.keys() & in_b.keys()])
+        return self._kinds.of((a.kind, b.kind, *shared))
 
 
 class _Row:
-    """Blocks in order, and the kinds of their pairs: `kinds[k]` is that of blocks k and k + 1."""
+    """Works in order, and the kinds of their pairs: `kinds[k]` is that of works k and k + 1."""
 
-    def __init__(self, found: Sequence[Block], pairs: _Pairs) -> None:
+    def __init__(self, works: Sequence[_Work], pairs: _Pairs) -> None:
         self._pairs = pairs
-        self.blocks = list(found)
-        self._kinds = [pairs.of(a, b) for a, b in pairwise(found)]
+        self.works = list(works)
+        self._kinds = [pairs.of(a, b) for a, b in pairwise(works)]
 
     def merge(self) -> bool:
-        """Merge pairs that occur often, each block with the neighbour with which it does more often, or first."""
-        kinds, blocks, before = self._kinds, self.blocks, len(self.blocks)
+        """Merge pairs that occur often, each work with the neighbour with which it does more often, or first."""
+        kinds, works, before = self._kinds, self.works, len(self.works)
         times = Counter(kinds)
         often = {kind: (n, -order) for order, (kind, n) in enumerate(times.items()) if n >= FEWEST_PAIRS}
         often.pop(APART, None)
         ranks = [often.get(kind, NEVER) for kind in kinds] + [NEVER, NEVER]
-        self.blocks, self._kinds, k, last_merged = [], [], 0, False
+        self.works, self._kinds, k, was_merged = [], [], 0, False
         while k < before:
             merges = ranks[k] > NEVER and ranks[k] >= ranks[k + 1]
-            block = _both(blocks[k], blocks[k + 1], kinds[k]) if merges else blocks[k]
-            if self.blocks:
-                is_new = merges or last_merged
-                self._kinds.append(self._pairs.of(self.blocks[-1], block) if is_new else kinds[k - 1])
-            self.blocks.append(block)
-            k, last_merged = k + 1 + merges, merges
-        return len(self.blocks) < before
+            work = _both(works[k], works[k + 1], kinds[k]) if merges else works[k]
+            if self.works:
+                is_new = merges or was_merged
+                self._kinds.append(self._pairs.of(self.works[-1], work) if is_new else kinds[k - 1])
+            self.works.append(work)
+            k, was_merged = k + 1 + merges, merges
+        return len(self.works) < before
 
 
-def _both(a: Block, b: Block, kind: int) -> Block:
-    known = {*a.read, *a.defined}
-    read = (*a.read, *[name for name in b.read if name not in known])
-    return Block(kind, a.first, a.size + b.size, read, a.defined + b.defined)
+def _both(a: _Work, b: _Work, kind: int) -> _Work:
+    places = {name: a.room + place for name, place in b.places.items()} | a.places
+    return _Work(kind, a.first, a.size + b.size, places, a.room + b.room)
