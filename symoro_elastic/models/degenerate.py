@@ -104,14 +104,15 @@ def degeneracies(machine: Machine, known_motors: bool, folded: Sequence[str] = (
     if machine.is_coupled:
         together = motions_without_inertia(machine, known_motors, folded)
         return [Degeneracy(min((j for j in joints if j), default=0), joints) for joints in together]
-    bound = Bound(machine, folded)
-    mechanism = _modulo_prime(bound)
-    base = WrenchKnown(NO_WRENCH) if base_rule(bound) else None
     rules: list[Rule | None] = [None] * (len(machine.joints) + 1)
+    known = {*machine.motors} if known_motors else set()
     for j in machine.independent:
-        known = known_motors and j in bound.motors
-        rules[j] = AccelerationKnown(0) if known else TorqueKnown(0)
-    return list(_singular_joints(mechanism, rules, base))
+        rules[j] = AccelerationKnown(0) if j in known else TorqueKnown(0)
+    if not machine.floating and TorqueKnown(0) not in rules:
+        return []  # all accelerations are known: nothing is divided by
+    bound = Bound(machine, folded)
+    base = WrenchKnown(NO_WRENCH) if base_rule(bound) else None
+    return list(_singular_joints(_modulo_prime(bound), rules, base))
 
 
 def _singular_joints(mechanism: Mechanism, rules: list[Rule | None], base: WrenchKnown | None) -> Iterator[Degeneracy]:

@@ -55,11 +55,12 @@ class Tree(Cells):
     ) -> None:
         super().__init__(machine, folded, points, beside=beside)
         self.motors, self._mounted = machine.motors, mounted
-        self.q = self._per_joint("q", machine.independent)
-        self.qd = self._per_joint("qd", machine.independent)
-        self.qdd = self._per_joint("qdd", machine.independent)
-        self.tau = self._per_joint("tau", self.motors)
-        self.qdd_motor = self._per_joint("qdd_motor", self.motors)
+        entries = self.arguments()
+        self.q = self._per_joint(entries["q"], machine.independent)
+        self.qd = self._per_joint(entries["qd"], machine.independent)
+        self.qdd = self._per_joint(entries["qdd"], machine.independent)
+        self.tau = self._per_joint(entries["tau"], self.motors)
+        self.qdd_motor = self._per_joint(entries["qdd_motor"], self.motors)
         self.on_base = {
             row.name: tuple(map(self.graph.symbol, row.entries)) for row in (ON_BASE if machine.floating else ())
         }
@@ -88,8 +89,8 @@ class Tree(Cells):
         followed = ((x, S_x[v]) for v, x in self.couplings[j].partials.items() if v in S_x)
         return combination([*own, *followed])
 
-    def _per_joint(self, argument: str, joints: Sequence[int]) -> dict[int, Expression]:
-        return dict(zip(joints, map(self.graph.symbol, arguments(self.machine)[argument]), strict=True))
+    def _per_joint(self, entries: Sequence[str], joints: Sequence[int]) -> dict[int, Expression]:
+        return dict(zip(joints, map(self.graph.symbol, entries), strict=True))
 
     def mechanism_at_variables(self) -> Mechanism:
         """The mechanism with its joints where the variables are."""

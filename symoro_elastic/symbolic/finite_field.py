@@ -34,11 +34,11 @@ class Residue:
         self.value = (value if type(value) is int else _residue(Fraction(value))) % PRIME
 
     def __add__(self, other: Scalar) -> Residue:
-        value = _value(other)
+        value = other.value if type(other) is Residue else _value(other)
         return NotImplemented if value is None else Residue(self.value + value)
 
     def __sub__(self, other: Scalar) -> Residue:
-        value = _value(other)
+        value = other.value if type(other) is Residue else _value(other)
         return NotImplemented if value is None else Residue(self.value - value)
 
     def __rsub__(self, other: Scalar) -> Residue:
@@ -46,7 +46,7 @@ class Residue:
         return NotImplemented if value is None else Residue(value - self.value)
 
     def __mul__(self, other: Scalar) -> Residue:
-        value = _value(other)
+        value = other.value if type(other) is Residue else _value(other)
         return NotImplemented if value is None else Residue(self.value * value)
 
     def __truediv__(self, other: Scalar) -> Residue:

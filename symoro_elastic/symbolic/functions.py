@@ -8,6 +8,7 @@ large angles, and quarter turns are exact.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -16,6 +17,8 @@ from symoro_elastic.symbolic.expression import Expression, Graph, Operand, opera
 from symoro_elastic.symbolic.operations import ADD, ATAN2, COS, COSPI, MULTIPLY, NEGATE, PI, SIGN, SIN, SQRT, SUBTRACT
 
 QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
+RATIONAL_COSINES: Mapping[Fraction, Operand] = {Fraction(0): 1, Fraction(1, 3): Fraction(1, 2), Fraction(1, 2): 0}
+"""cos(pi x) by x."""
 Circle: TypeAlias = tuple[Operand, Operand]
 
 
@@ -92,14 +95,18 @@ def _linear_terms(angle: Operand) -> tuple[list[tuple[Expression, Fraction]], Fr
 
 def _half_turns(radians: Fraction) -> Fraction | None:
     """The multiple of pi that a number in radians is, to one unit in the last place; else None."""
+    if not radians:
+        return Fraction(0)
     quarters = round(radians / Fraction(math.pi) * 2)
     nearest = quarters * math.pi / 2
-    if radians == 0 or (quarters and abs(float(radians) - nearest) <= math.ulp(nearest)):
+    if quarters and abs(float(radians) - nearest) <= math.ulp(nearest):
         return Fraction(quarters, 2)
     return None
 
 
 def _rational_turn(graph: Graph, halves: Fraction) -> Circle:
+    if not halves:
+        return QUARTERS[0]
     quarters, rest = divmod(halves * 2, 1)
     cosine = _cospi(graph, rest / 2)
     sine = _cospi(graph, Fraction(1, 2) - rest / 2)
@@ -108,8 +115,7 @@ def _rational_turn(graph: Graph, halves: Fraction) -> Circle:
 
 def _cospi(graph: Graph, halves: Fraction) -> Operand:
     """cos(pi x) for 0 <= x <= 1/2."""
-    rational: dict[Fraction, Operand] = {Fraction(0): 1, Fraction(1, 3): Fraction(1, 2), Fraction(1, 2): 0}
-    return rational[halves] if halves in rational else graph.node(COSPI, halves)
+    return RATIONAL_COSINES[halves] if halves in RATIONAL_COSINES else graph.node(COSPI, halves)
 
 
 def _sampled(graph: Graph, angle: Operand, sense: Fraction) -> Circle:

@@ -58,18 +58,19 @@ class AxialTransform(NamedTuple):
 
     def rotate(self, v: Vector) -> Vector:
         """R v: components in the antecedent frame of a vector given in the moved frame."""
-        return self._rotated(v, self.sine)
+        x, y, z = v
+        cosine, sine = self.cosine, self.sine
+        if self.axis == X:
+            return Vector(x, cosine * y - sine * z, sine * y + cosine * z)
+        return Vector(cosine * x - sine * y, sine * x + cosine * y, z)
 
     def rotate_back(self, v: Vector) -> Vector:
         """R^T v: components in the moved frame of a vector given in the antecedent frame."""
-        return self._rotated(v, -self.sine)
-
-    def _rotated(self, v: Vector, sine: Scalar) -> Vector:
-        i, j = self.plane
-        rotated = list(v)
-        rotated[i] = self.cosine * v[i] - sine * v[j]
-        rotated[j] = sine * v[i] + self.cosine * v[j]
-        return Vector(*rotated)
+        x, y, z = v
+        cosine, sine = self.cosine, self.sine
+        if self.axis == X:
+            return Vector(x, cosine * y + sine * z, -(sine * y) + cosine * z)
+        return Vector(cosine * x + sine * y, -(sine * x) + cosine * y, z)
 
     def rotate_rows(self, m: Matrix) -> Matrix:
         """M R."""
