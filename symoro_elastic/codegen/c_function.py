@@ -143,7 +143,7 @@ class CFunction:
         """Blocks that repeat as functions, where the program is long and its form allows it."""
         if len(self.steps) < OUTLINED_FROM or not self.form.outlined:
             return None
-        texts = [(step.statement.name, self.printer.right_side(step.statement)) for step in self.steps]
+        texts = [(step.statement.name, self.printer.text_of(step.statement).text) for step in self.steps]
         named = [literal for step in self.steps for literal in self.printer.named(step.statement)]
         self.literals = {literal.name: literal for literal in named}
         places = self._places()
@@ -228,12 +228,7 @@ class CFunction:
         return self.slots * sizes[self.precision.real] + 3 * len(self.angles) * sizes[self.precision.angle]
 
     def _steps(self, statements: Sequence[Statement]) -> list[Step]:
-        steps = []
-        for one in statements:
-            self.printer.referenced.clear()
-            self.printer.right_side(one)
-            steps.append(Step(one, frozenset(self.printer.referenced)))
-        return steps
+        return [Step(one, self.printer.text_of(one).names) for one in statements]
 
     def _stored(self) -> tuple[list[str], frozenset[str]]:
         """Lines that store the results, and the names of the variables that these are."""

@@ -27,7 +27,7 @@ from symoro_elastic.symbolic.operations import (
 )
 from symoro_elastic.symbolic.program import Program, Statement
 
-FUNCTIONS = (SIN, COS, SQRT, SIGN, ATAN2)
+FUNCTIONS = dict.fromkeys((SIN, COS, SQRT, SIGN, ATAN2))
 OF_PAIRS = {
     ADD: "sum",
     SUBTRACT: "difference",
@@ -142,11 +142,11 @@ class CPrinter(Printer):
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node written out; the sine or cosine of a given angle is an entry of an array."""
-        if node.operation in (SIN, COS) and node.operands[0].id in self.angles:
-            return Text(flipped, self.entry(node), ATOM)
         if node.operation in FUNCTIONS:
+            if node.operation in (SIN, COS) and node.operands[0].id in self.angles:
+                return Text(flipped, self.entry(node), ATOM)
             self.called.setdefault(node.operation)
-        if node.operation == MULTIPLY and not isinstance(node.operands[1], Expression):
+        elif node.operation == MULTIPLY and len(node.needs) == 1:
             return self.multiple(self.text(node.operands[0]), self.text(node.operands[1]), flipped)
         return super().operation(node, flipped)
 

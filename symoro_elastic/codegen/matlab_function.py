@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import ClassVar
 
 from symoro_elastic.codegen.body import Dialect, Writer
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
@@ -43,14 +44,6 @@ def _continued(head: str, parts: list[str]) -> str:
 MATLAB = Dialect("", ";", lambda text: f"% {text}", _continued, {SQRT: "real_sqrt"})
 
 
-class MatlabPrinter(Printer):
-    """Operators that are elementwise; those with a literal need no dot."""
-
-    def rule(self, operation: str) -> Rule | None:
-        """How an operator is printed; None for a function."""
-        return ELEMENTWISE.get(operation)
-
-
 def _product(flipped: bool, first: Text, second: Text) -> Text:
     return product(flipped, first, second, "*" if _is_literal(first) or _is_literal(second) else ".*")
 
@@ -63,7 +56,10 @@ def _is_literal(text: Text) -> bool:
     return text.binding == ATOM and text.text[0].isdigit()
 
 
-ELEMENTWISE: Mapping[str, Rule] = {**OPERATORS, MULTIPLY: _product, DIVIDE: _quotient}
+class MatlabPrinter(Printer):
+    """Operators that are elementwise; those with a literal need no dot."""
+
+    operators: ClassVar[Mapping[str, Rule]] = {**OPERATORS, MULTIPLY: _product, DIVIDE: _quotient}
 
 
 @dataclass(frozen=True)

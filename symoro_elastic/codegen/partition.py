@@ -10,14 +10,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil
+from typing import NamedTuple
 
 from symoro_elastic.symbolic.program import Statement
 
 LONGEST_PART = 1000
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """A statement and the names it needs."""
 
     statement: Statement

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
@@ -35,6 +35,47 @@ class Text(NamedTuple):
         return self.text if self.binding >= binding else f"({self.text})"
 
 
+def _negative(flipped: bool, inner: Text) -> Text:
+    return Text(inner.negative == flipped, inner.text, inner.binding)
+
+
+def _sum(flipped: bool, first: Text, second: Text, subtracted: bool = False) -> Text:
+    minus_first = first.negative != flipped
+    minus_second = (second.negative != subtracted) != flipped
+    if minus_first == minus_second:
+        return Text(minus_first, f"{first.text} + {second.text}", SUM)
+    plus, minus = (second, first) if minus_first else (first, second)
+    return Text(False, f"{plus.text} - {minus.factor(PRODUCT)}", SUM)
+
+
+def _difference(flipped: bool, first: Text, second: Text) -> Text:
+    return _sum(flipped, first, second, True)
+
+
+def product(flipped: bool, first: Text, second: Text, times: str = "*") -> Text:
+    """A product, literals first."""
+    negative = (first.negative != second.negative) != flipped
+    if second.text[0].isdigit() and first.binding == ATOM:
+        first, second = second, first
+    return Text(negative, f"{first.factor(PRODUCT)}{times}{second.factor(ATOM)}", PRODUCT)
+
+
+def quotient(flipped: bool, first: Text, second: Text, over: str = "/") -> Text:
+    """A quotient."""
+    negative = (first.negative != second.negative) != flipped
+    return Text(negative, f"{first.factor(PRODUCT)}{over}{second.factor(ATOM)}", PRODUCT)
+
+
+OPERATORS: Mapping[str, Rule] = {
+    NEGATE: _negative,
+    ADD: _sum,
+    SUBTRACT: _difference,
+    MULTIPLY: product,
+    DIVIDE: quotient,
+}
+"""Operations that are operators of C and Python."""
+
+
 class Printed(NamedTuple):
     """The right side of a statement, and the names of variables and arguments in it."""
 
@@ -45,9 +86,11 @@ class Printed(NamedTuple):
 class Printer:
     """Prints the expressions of one program; assigned expressions appear by name.
 
-    An operation is printed by its rule in `OPERATORS`, or as a call of a function: its name in `functions`, else its
+    An operation is printed by its rule in `operators`, or as a call of a function: its name in `functions`, else its
     own. `referenced` collects the names that appear in what is printed.
     """
+
+    operators: ClassVar[Mapping[str, Rule]] = OPERATORS
 
     def __init__(self, program: Program, literal_suffix: str = "", functions: Mapping[str, str] | None = None) -> None:
         self.literal_suffix = literal_suffix
@@ -102,58 +145,13 @@ class Printer:
             self.referenced.add(node.operands[0])
             return Text(flipped, node.operands[0], ATOM)
         texts = [self.text(x) for x in node.operands]
-        rule = self.rule(operation)
+        rule = self.operators.get(operation)
         return rule(flipped, *texts) if rule else self.call(operation, flipped, texts)
-
-    def rule(self, operation: str) -> Rule | None:
-        """How an operator is printed; None for a function."""
-        return OPERATORS.get(operation)
 
     def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
         """An operation as a call of a function."""
         name = self.functions.get(operation, operation)
         return Text(flipped, f"{name}({', '.join([text.signed() for text in texts])})", ATOM)
-
-
-def _negative(flipped: bool, inner: Text) -> Text:
-    return Text(inner.negative == flipped, inner.text, inner.binding)
-
-
-def _sum(flipped: bool, first: Text, second: Text, subtracted: bool = False) -> Text:
-    minus_first = first.negative != flipped
-    minus_second = (second.negative != subtracted) != flipped
-    if minus_first == minus_second:
-        return Text(minus_first, f"{first.text} + {second.text}", SUM)
-    plus, minus = (second, first) if minus_first else (first, second)
-    return Text(False, f"{plus.text} - {minus.factor(PRODUCT)}", SUM)
-
-
-def _difference(flipped: bool, first: Text, second: Text) -> Text:
-    return _sum(flipped, first, second, True)
-
-
-def product(flipped: bool, first: Text, second: Text, times: str = "*") -> Text:
-    """A product, literals first."""
-    negative = (first.negative != second.negative) != flipped
-    if second.text[0].isdigit() and first.binding == ATOM:
-        first, second = second, first
-    return Text(negative, f"{first.factor(PRODUCT)}{times}{second.factor(ATOM)}", PRODUCT)
-
-
-def quotient(flipped: bool, first: Text, second: Text, over: str = "/") -> Text:
-    """A quotient."""
-    negative = (first.negative != second.negative) != flipped
-    return Text(negative, f"{first.factor(PRODUCT)}{over}{second.factor(ATOM)}", PRODUCT)
-
-
-OPERATORS: Mapping[str, Rule] = {
-    NEGATE: _negative,
-    ADD: _sum,
-    SUBTRACT: _difference,
-    MULTIPLY: product,
-    DIVIDE: quotient,
-}
-"""Operations that are operators of C and Python."""
 
 
 def constant_values(roots: Iterable[Scalar]) -> dict[int, float]:
