@@ -11,24 +11,14 @@ from contextlib import contextmanager
 
 import click
 
-from symoro_elastic.api.rows import READABLE
-from symoro_elastic.cli.code import certify, check, equations, generate
-from symoro_elastic.cli.formats import formats, new, schema
-from symoro_elastic.cli.identification import excite, identify
-from symoro_elastic.cli.kinematics import singularities
-from symoro_elastic.cli.machine import convert, models, show
-from symoro_elastic.cli.pages import report, view
 from symoro_elastic.cli.sectioned_group import Failure, SectionedGroup
-from symoro_elastic.cli.simulation import ladder, simulate
-from symoro_elastic.cli.sweep import sweep
-from symoro_elastic.cli.trade import trade
-from symoro_elastic.cli.vibration import compare, feed_forward, linearize, modes, response
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.version import __version__
+from symoro_elastic.machine.format_names import suffixes
 
 HELP = f"""Symbolic models of robots and machine tools with elastic joints, as standalone code: numpy, C and others.
 
-MACHINE is a file of a machine ({", ".join(READABLE)}); `symoro-elastic formats` describes them.
+MACHINE is a file of a machine ({", ".join(suffixes())}); `symoro-elastic formats` describes them.
 """
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
@@ -39,21 +29,7 @@ def cli() -> None:
     """Symbolic models of robots and machine tools."""
 
 
-SECTIONS = {
-    "Files": (new, formats, schema),
-    "Models and code": (show, view, convert, models, equations, singularities, generate, report),
-    "Verification": (check, certify, trade),
-    "Vibration": (linearize, modes, response, compare),
-    "Simulation": (simulate, ladder),
-    "Variants": (sweep,),
-    "Control": (feed_forward,),
-    "Identification": (excite, identify),
-}
-
 LONGEST_WORD = 500
-
-for title, commands in SECTIONS.items():
-    cli.add_section(title, *commands)
 
 
 def main() -> None:

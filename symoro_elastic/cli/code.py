@@ -11,6 +11,7 @@ import click
 from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import Options, option
 from symoro_elastic.api.options import Certifying, Checking, Generating, Reading, Writing
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, call, takes, writes
 from symoro_elastic.cli.output import (
     print_json,
@@ -33,17 +34,14 @@ if TYPE_CHECKING:
 DOCUMENTS = ("latex", "html", "pdf")
 
 
-@click.command()
+@command("generate")
 @MACHINE
 @takes(Generating)
 @takes(Reading, "reading", "base", "free")
 @writes
 @JSON
 def generate(machine: str, options: Generating, reading: Reading, as_json: bool) -> None:
-    """Generate code for the models of MACHINE.
-
-    The files go to OUT/<machine name>/.
-    """
+    """Write the files to OUT/<machine name>/."""
     from symoro_elastic.api import models as api
 
     build = api.build_of(options)
@@ -83,7 +81,7 @@ def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:
         click.echo(f"warning: {scene.source or machine.label}: scene, static, {weakest}: {SOFT}", err=True)
 
 
-@click.command()
+@command("check")
 @MACHINE
 @takes(Checking)
 @takes(Reading, "reading", "base", "free")
@@ -96,10 +94,9 @@ def _warn_of_soft_springs(machine: Machine, scene: Scene) -> None:
 )
 @JSON
 def check(machine: str, options: Checking, reading: Reading, box: bool, by_itself: bool, as_json: bool) -> None:
-    """Compare the generated code with 50-digit references.
+    """Compile the C; compare C, numpy and the equations in floats at random and at extreme states.
 
-    Compiles the C; C, numpy and the equations in floats are compared at random and at extreme states. Exit code 1
-    where an error is out of bounds.
+    Exit code 1 where an error is out of bounds.
     """
     from symoro_elastic.api import models as api
 
@@ -123,16 +120,15 @@ def check(machine: str, options: Checking, reading: Reading, box: bool, by_itsel
         raise SystemExit(1)
 
 
-@click.command()
+@command("certify")
 @MACHINE
 @takes(Certifying)
 @takes(Reading, "reading", "base", "free")
 @JSON
 def certify(machine: str, options: Certifying, reading: Reading, as_json: bool) -> None:
-    """Prove ranges and rounding errors of results within the limits.
+    """Prove them wherever joints are within their [limits]: no draw of states is behind them.
 
-    They hold wherever joints are within their [limits]: no draw of states is behind them. Divisors that may be zero
-    are named.
+    Divisors that may be zero are named.
     """
     _certify(machine, options, reading, as_json)
 
@@ -197,16 +193,13 @@ class Document(Options):
         return EQUATIONS[form_of(self.out, EQUATIONS, "--out")] if self.out else self.format or "latex"
 
 
-@click.command()
+@command("equations")
 @MACHINE
 @takes(Writing)
 @takes(Document, "document")
 @writes
 def equations(machine: str, options: Writing, document: Document) -> None:
-    """Write the equations of models as LaTeX, HTML or PDF.
-
-    With their intermediate variables, in the order of evaluation; several models make one page.
-    """
+    """With their intermediate variables, in the order of evaluation; several models make one page."""
     from symoro_elastic.api import models as api
     from symoro_elastic.pages.equations.pdf import find_engine, pdf
 

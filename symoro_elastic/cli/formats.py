@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import Command, OutputFile, completed_from, writes
 from symoro_elastic.cli.output import write_text
 from symoro_elastic.foundation.errors import InputError, among
@@ -49,7 +50,7 @@ def _kinds() -> list[str]:
     return [*STARTS]
 
 
-@click.command()
+@command("new")
 @click.argument("name", metavar="[NAME]", type=NewFile(), required=False)
 @click.option(
     "--example",
@@ -72,9 +73,9 @@ def _kinds() -> list[str]:
 )
 @writes
 def new(name: str | None, kind: str, brief: bool, example: Path | None) -> None:
-    """Write NAME.toml, a commented machine to start from.
+    """Write all tables and keys, those that are not needed as comments.
 
-    It holds all tables and keys, those that are not needed as comments. With --example it is a copy of an example.
+    With --example the file is a copy of an example.
     """
     from symoro_elastic.formats.files import load_text
     from symoro_elastic.formats.toml.starting import STARTS, starting_text
@@ -95,30 +96,24 @@ def new(name: str | None, kind: str, brief: bool, example: Path | None) -> None:
     click.echo(f"wrote {path}: symoro-elastic generate {path}")
 
 
-@click.command()
+@command("formats")
 @_out(*MARKDOWN)
 @writes
 def formats(out: str | None) -> None:
-    """Print the reference of all file formats.
-
-    Every table and key of machine files and scenes, every column of motions and measurements, as Markdown.
-    """
+    """Print every table and key of machine files and scenes, every column of motions and measurements, as Markdown."""
     from symoro_elastic.pages.formats import formats_page
 
     _print_or_write(formats_page(), out)
 
 
-@click.command()
+@command("schema")
 @click.argument(
     "file", metavar="[machine|scene]", default="machine", shell_complete=completed_from(lambda: ("machine", "scene"))
 )
 @_out(*SCHEMAS)
 @writes
 def schema(file: str, out: str | None) -> None:
-    """Print the JSON Schema of machine or scene files.
-
-    Editors complete and check TOML files by it (draft 2020-12).
-    """
+    """Print what editors complete and check TOML files by (draft 2020-12)."""
     from symoro_elastic.formats.toml.schema import SCHEMAS
     from symoro_elastic.models.catalogue import MODELS
 

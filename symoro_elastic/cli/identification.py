@@ -6,6 +6,7 @@ import click
 
 from symoro_elastic.api.options import Exciting, Identifying
 from symoro_elastic.api.rows import WRITABLE
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import (
     JSON,
     MACHINE,
@@ -23,7 +24,7 @@ from symoro_elastic.cli.reading import read
 from symoro_elastic.foundation.file_forms import COLUMNS
 
 
-@click.command()
+@command("excite")
 @MACHINE
 @click.option(
     "--out", required=True, metavar="FILE", type=OutputFile(COLUMNS), help="Save the trajectory: .csv or .npz."
@@ -33,9 +34,7 @@ from symoro_elastic.foundation.file_forms import COLUMNS
 @writes
 @JSON
 def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: bool) -> None:
-    """Design an exciting trajectory for identification.
-
-    A Fourier series within limits whose regressor has a low condition number, started from rest and stopped,
+    """Find a Fourier series within limits whose regressor has a low condition number, started from rest and stopped,
     written as t, q_<motor>, qd_, qdd_. Elastic joints follow their springs; passive ones are assumed to stay at
     zero.
     """
@@ -52,7 +51,7 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
     plots.write(excited.plot)
 
 
-@click.command()
+@command("identify")
 @MACHINE
 @click.argument("records", metavar="DATA...", nargs=-1, required=True, type=InputFile())
 @takes(Identifying)
@@ -63,10 +62,7 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
 @writes
 @JSON
 def identify(machine: str, options: Identifying, save: str | None, plots: Plots, as_json: bool) -> None:
-    """Estimate dynamic parameters from measurements.
-
-    DATA are CSV or NPZ files with t, q_<joint>, tau_<motor>.
-    """
+    """Read DATA, CSV or NPZ files with t, q_<joint>, tau_<motor>."""
     from symoro_elastic.api import measured
     from symoro_elastic.formats import write_machine
 

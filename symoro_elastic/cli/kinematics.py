@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import click
-
 from symoro_elastic.api.options import Locating
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, call, takes
 from symoro_elastic.cli.output import print_result, steps
 from symoro_elastic.cli.reading import read
 
 
-@click.command()
+@command("singularities")
 @MACHINE
 @takes(Locating)
 @JSON
 def singularities(machine: str, options: Locating, as_json: bool) -> None:
-    """Find where a frame loses a direction of motion.
+    """Print the determinant of the Jacobian of MACHINE's frame in factors.
 
-    Prints the determinant of the Jacobian of MACHINE's frame in factors, and for each factor where it vanishes, which
-    joints then move the frame alike, and which motion is lost.
+    For each factor: where it vanishes, which joints then move the frame alike, and which motion is lost.
     """
     from symoro_elastic.api import kinematics
 

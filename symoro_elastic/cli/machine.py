@@ -12,6 +12,7 @@ from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import Options, option
 from symoro_elastic.api.options import Drawing, Reading
 from symoro_elastic.api.rows import WRITABLE
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, OutputMachine, takes, writes
 from symoro_elastic.cli.output import line_width, print_json, print_table
 from symoro_elastic.cli.reading import note, read, scene_of
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from symoro_elastic.pages.closed_chains import ClosedChain
 
 
-@click.command()
+@command("show")
 @MACHINE
 @takes(Drawing)
 @click.option(
@@ -37,9 +38,8 @@ if TYPE_CHECKING:
 @writes
 @JSON
 def show(machine: str, options: Drawing, picture: str | None, as_json: bool) -> None:
-    """Print the parameters of MACHINE and its base parameters.
+    """Print where each joint is and how it moves, seen from frame 0; how each loop closes, and where it is singular.
 
-    Prints where each joint is and how it moves, seen from frame 0; how each loop closes, and where it is singular.
     Names the joints, if any, whose inertia is singular at every position.
     """
     from symoro_elastic.generation.pipeline import found_degeneracies
@@ -150,14 +150,14 @@ class Dropping(Options):
     )  # fmt: skip
 
 
-CONVERT = f"""Convert MACHINE to the format of FILE.
+CONVERT = f"""FILE ends in {" or ".join(WRITABLE)}.
 
-FILE ends in {" or ".join(WRITABLE)}. Robots in URDF get a table of geometric parameters. It is exact but for rounding;
---snap makes it simpler, and prints how far frames move.
+Robots in URDF get a table of geometric parameters. It is exact but for rounding; --snap makes it simpler, and prints
+how far frames move.
 """
 
 
-@click.command(help=CONVERT)
+@command("convert", CONVERT)
 @MACHINE
 @click.argument("file", metavar="FILE", type=OutputMachine())
 @takes(Reading, "reading", "base", "snap", "elastic")
@@ -176,13 +176,10 @@ def convert(machine: str, file: str, reading: Reading, dropping: Dropping) -> No
     click.echo(f"wrote {file}")
 
 
-@click.command()
+@command("models")
 @JSON
 def models(as_json: bool) -> None:
-    """List the models: arguments, results, shapes, units.
-
-    With the numbers of their equations.
-    """
+    """Print them with the numbers of their equations."""
     from symoro_elastic.pages.show import NOTES, catalogue_json, catalogue_lines
 
     if as_json:

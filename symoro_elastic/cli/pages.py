@@ -5,22 +5,23 @@ from __future__ import annotations
 import click
 
 from symoro_elastic.api.options import Reporting, Viewing
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import MACHINE, OutputFile, OutputPage, call, takes, writes
 from symoro_elastic.cli.output import staged_progress
 from symoro_elastic.cli.reading import note, read, scene_of
 from symoro_elastic.foundation.file_forms import PAGES
 
 
-@click.command()
+@command("view")
 @MACHINE
 @click.option("--out", metavar="FILE", type=OutputFile(PAGES), required=True, help="Page to write: .html.")
 @takes(Viewing)
 @writes
 def view(machine: str, out: str, options: Viewing) -> None:
-    """Write a page that shows MACHINE and moves it.
+    """Write one file, for any browser, that needs no network.
 
-    One file, for any browser, that needs no network: bodies as boxes of equal inertia, joints, springs and frames, a
-    slider for each motor, modes that move, and the motions of a scene beside their reference.
+    Bodies as boxes of equal inertia, joints, springs and frames, a slider for each motor, modes that move, and the
+    motions of a scene beside their reference.
     """
     from symoro_elastic.api import drawings as api
     from symoro_elastic.foundation.output_files import write_text
@@ -36,7 +37,7 @@ def view(machine: str, out: str, options: Viewing) -> None:
     click.echo(f"wrote {out}")
 
 
-@click.command()
+@command("report")
 @MACHINE
 @click.option(
     "--out", metavar="PATH", type=OutputPage(), required=True, help="Page to write: .html; or the folder of the page."
@@ -44,9 +45,7 @@ def view(machine: str, out: str, options: Viewing) -> None:
 @takes(Reporting)
 @writes
 def report(machine: str, out: str, options: Reporting) -> None:
-    """Write one page about MACHINE, to read and to print.
-
-    Picture, table, modes with pictures, frequency responses, what a scene with [motion] and [wanted] requires,
+    """Show picture, table, modes with pictures, frequency responses, what a scene with [motion] and [wanted] requires,
     operation counts, accuracy, equations whose symbols lead to their definitions. It needs no network.
     """
     from symoro_elastic.api import pages

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from symoro_elastic.cli.options import DeclaredOption
+from symoro_elastic.cli.listed import LISTED, SECTIONS, ListedCommands
 from symoro_elastic.foundation.errors import InputError
 
 
@@ -33,13 +33,7 @@ class SectionedGroup(click.Group):
 
     def __init__(self, *arguments: Any, **settings: Any) -> None:
         super().__init__(*arguments, **settings)
-        self.sections: dict[str, tuple[str, ...]] = {}
-
-    def add_section(self, title: str, *commands: click.Command) -> None:
-        """Add commands under a title, in this order."""
-        for command in commands:
-            self.add_command(command)
-        self.sections[title] = tuple(str(command.name) for command in commands)
+        self.commands = ListedCommands()  # type: ignore[assignment]
 
     def make_context(self, *arguments: Any, **settings: Any) -> click.Context:
         """Return the context of a command line; raises `Failure`."""
@@ -63,17 +57,18 @@ class SectionedGroup(click.Group):
         return name, command, given
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write one list of commands per section, with the first sentence of each command's help."""
-        width = max(map(len, self.commands))
-        for title, names in self.sections.items():
+        """Write one list of commands per section, with the first line of each command's help."""
+        width = max(map(len, LISTED))
+        for title, section in SECTIONS.items():
             with formatter.section(title):
                 limit = formatter.width - 6 - width
-                rows = [(name.ljust(width), self.commands[name].get_short_help_str(limit)) for name in names]
-                formatter.write_dl(rows)
+                formatter.write_dl([(name.ljust(width), one.short(limit)) for name, one in section.items()])
 
 
 def _renamed(command: click.Command, given: list[str]) -> list[str]:
     """Return the words of a command line with the options' present names; former ones are reported on stderr."""
+    from symoro_elastic.cli.options import DeclaredOption
+
     rows = [one.row for one in command.params if isinstance(one, DeclaredOption)]
     former = {old.partition("=")[0]: (row.flag, old) for row in rows for old in row.formerly if old.startswith("--")}
     end = given.index("--") if "--" in given else len(given)

@@ -13,6 +13,7 @@ import click
 from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import Options, option, part
 from symoro_elastic.api.options import Climbing, Integrating, Simulating
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_json, print_parts, print_table, staged_progress, write_text
 from symoro_elastic.cli.reading import note, read, scene_of
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from symoro_elastic.machine.scene import Scene
 
 
-@click.command()
+@command("simulate")
 @MACHINE
 @takes(Simulating)
 @click.option(
@@ -42,11 +43,11 @@ if TYPE_CHECKING:
 @writes
 @JSON
 def simulate(machine: str, options: Simulating, out: str | None, plots: Plots, as_json: bool) -> int:
-    """Simulate the motions of a scene with a measured error.
+    """Move the motors of MACHINE as [motion] says, under servos or exactly; springs follow.
 
-    The motors of MACHINE do what [motion] says, under servos or exactly; springs follow. Method and step are predicted
-    from the tolerances of [wanted] (else a thousandth of the largest deviation from the motion without springs), the
-    error is measured by halving the step. Exit code 1 where it is above a tolerance of [wanted].
+    Method and step are predicted from the tolerances of [wanted] (else a thousandth of the largest deviation from the
+    motion without springs), the error is measured by halving the step. Exit code 1 where it is above a tolerance of
+    [wanted].
     """
     from symoro_elastic.analysis.simulation.views import record
     from symoro_elastic.analysis.time_series.writing import write_columns
@@ -140,7 +141,7 @@ class ReducedScene(Options):
     )
 
 
-@click.command()
+@command("ladder")
 @MACHINE
 @takes(Climbing)
 @takes(ReducedScene, "reduced")
@@ -148,10 +149,7 @@ class ReducedScene(Options):
 @writes
 @JSON
 def ladder(machine: str, options: Climbing, reduced: ReducedScene, plots: Plots, as_json: bool) -> None:
-    """Find springs, method and step that a motion requires.
-
-    Errors of leaving springs out and of steps are predicted for every rung; the chosen one is simulated and measured.
-    """
+    """Predict the errors of leaving springs out and of steps for every rung; simulate and measure the chosen one."""
     from symoro_elastic.api import motions as api
     from symoro_elastic.api.scenes import motions_of_scene
 

@@ -11,6 +11,7 @@ from click.core import ParameterSource
 
 from symoro_elastic.api.declaration import read_options
 from symoro_elastic.api.options import Sweeping
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, InputFile, OutputFile, Plots, draws, takes, writes
 from symoro_elastic.cli.output import counted_ahead, print_result
 from symoro_elastic.cli.reading import note, read, scene_of
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 JOURNAL = ".journal"
 
 
-@click.command()
+@command("sweep")
 @MACHINE
 @click.option("--sweep", "file", metavar="FILE", type=InputFile(), help="TOML file that describes the sweep.")
 @takes(Sweeping)
@@ -38,9 +39,7 @@ JOURNAL = ".journal"
 @writes
 @JSON
 def sweep(machine: str, file: str | None, options: Sweeping, out: str | None, plots: Plots, as_json: bool) -> None:
-    """Sweep parameters and positions over grids or samples.
-
-    Gives results of the modes, frequency responses, ladder or simulation of MACHINE at each point, and the influence
+    """Give results of the modes, frequency responses, ladder or simulation of MACHINE at each point, and the influence
     of each quantity on them.
     """
     from symoro_elastic.analysis.sweeps.sweep import refuse_form, save

@@ -12,6 +12,7 @@ import click
 from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import Options, option, switch
 from symoro_elastic.api.options import Reading, Trading
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_json, print_parts, progress_bar
 from symoro_elastic.cli.reading import note, read, scene_of
@@ -37,7 +38,7 @@ class Verdict(Options):
             raise InputError("symoro-elastic", "--tolerance", what)
 
 
-@click.command()
+@command("trade")
 @MACHINE
 @takes(Trading)
 @takes(Reading, "reading", "base")
@@ -46,13 +47,12 @@ class Verdict(Options):
 @writes
 @JSON
 def trade(machine: str, options: Trading, reading: Reading, verdict: Verdict, plots: Plots, as_json: bool) -> None:
-    """Measure speed and accuracy, recommend the fastest build.
+    """Compare precisions, compilers and flags, batches, base parameters, constants: each point on this computer.
 
-    Precisions, compilers and flags, batches, base parameters, constants: each point on this computer. An error is
-    relative to the largest entry of a result, in units u of half an ulp of 1 in the precision at hand; inputs are in
-    double, their rounding is included. The recommended build is within the tolerance at 100 000 further states, with
-    95 % confidence: a bound from the tail of the errors measured. Where the scene has a motion and tolerances, a
-    line says what the ladder predicts for it.
+    An error is relative to the largest entry of a result, in units u of half an ulp of 1 in the precision at hand;
+    inputs are in double, their rounding is included. The recommended build is within the tolerance at 100 000 further
+    states, with 95 % confidence: a bound from the tail of the errors measured. Where the scene has a motion and
+    tolerances, a line says what the ladder predicts for it.
     """
     from symoro_elastic.analysis.trade_off.views import trade_json
 

@@ -10,23 +10,21 @@ import click
 from symoro_elastic.api import kinds
 from symoro_elastic.api.declaration import Options, option
 from symoro_elastic.api.options import Comparing, Following, Linearizing, Oscillating, Responding
+from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_result, progress_bar, save_arrays, steps
 from symoro_elastic.cli.reading import read, scene_of
 from symoro_elastic.foundation.file_forms import COLUMNS, LINEARIZATIONS, MODES, RESPONSES
 
 
-@click.command()
+@command("linearize")
 @MACHINE
 @takes(Linearizing)
 @click.option("--out", metavar="FILE", type=OutputFile(LINEARIZATIONS), help="Save the matrices: .npz, .mat or .m.")
 @writes
 @JSON
 def linearize(machine: str, options: Linearizing, out: str | None, as_json: bool) -> None:
-    """Linearize MACHINE about an equilibrium or a state.
-
-    Gives M, D, K of small motions and A, B, C, D of the state space.
-    """
+    """Give M, D, K of small motions and A, B, C, D of the state space."""
     from symoro_elastic.analysis.vibration.export import refuse_linearization_file, save_linearization
     from symoro_elastic.api import vibrations
 
@@ -53,7 +51,7 @@ class Path(Options):
     )  # fmt: skip
 
 
-@click.command()
+@command("modes")
 @MACHINE
 @takes(Path, "path")
 @takes(Oscillating)
@@ -62,10 +60,7 @@ class Path(Options):
 @writes
 @JSON
 def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots: Plots, as_json: bool) -> None:
-    """Compute natural frequencies, mode shapes, sensitivities.
-
-    Names the springs and the bodies that store the energy of each mode.
-    """
+    """Name the springs and the bodies that store the energy of each mode."""
     from symoro_elastic.api import vibrations
 
     whole = read(machine)
@@ -78,7 +73,7 @@ def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots
     plots.write(tracked.plot if tracked else result.plot)
 
 
-@click.command()
+@command("response")
 @MACHINE
 @takes(Responding)
 @click.option("--out", metavar="FILE", type=OutputFile(RESPONSES), help="Save the response: .csv, .npz or .mat.")
@@ -86,10 +81,7 @@ def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots
 @writes
 @JSON
 def response(machine: str, options: Responding, out: str | None, plots: Plots, as_json: bool) -> None:
-    """Compute frequency responses, poles and zeros.
-
-    From motors or forces on frames to encoders or motions of frames.
-    """
+    """Compute them from motors or forces on frames to encoders or motions of frames."""
     from symoro_elastic.analysis.vibration import export
     from symoro_elastic.api import vibrations
 
@@ -105,16 +97,14 @@ def response(machine: str, options: Responding, out: str | None, plots: Plots, a
     plots.write(result.plot)
 
 
-@click.command()
+@command("compare")
 @MACHINE
 @takes(Comparing)
 @draws
 @writes
 @JSON
 def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> None:
-    """Compare the full model with reduced and rigid models.
-
-    Errors in frequencies, torques and elastic accelerations of Spong's reduced model and of the rigid limit,
+    """Give errors in frequencies, torques and elastic accelerations of Spong's reduced model and of the rigid limit,
     on a motion.
     """
     from symoro_elastic.api import vibrations
@@ -127,7 +117,7 @@ def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> No
     plots.write(result.plot)
 
 
-@click.command("feed-forward")
+@command("feed-forward")
 @MACHINE
 @takes(Following)
 @click.option(
@@ -137,10 +127,9 @@ def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> No
 @writes
 @JSON
 def feed_forward(machine: str, options: Following, out: str | None, plots: Plots, as_json: bool) -> None:
-    """Compute torques that make the load follow a trajectory.
+    """Give motor torques of the full elastic model of MACHINE: the load, beyond the springs, follows the reference.
 
-    Motor torques of MACHINE, those of the full elastic model: the load, beyond the springs, follows the reference
-    trajectory. They need its derivatives: two, and two more for each spring in a row. Springs may have damping.
+    They need derivatives of its trajectory: two, and two more for each spring in a row. Springs may have damping.
     Behind a gear or a screw the trajectory of a motor is that of the last joint of its drive.
     Springs that are not behind a motor on its axis are left out; the command prints the resulting error.
     Where motors follow from loops, as in a delta, the trajectory is that of the independent joints (y_<joint>).

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import inspect
+import pkgutil
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import click
 import pytest
 from click.testing import CliRunner
 
+import symoro_elastic.cli
 from symoro_elastic.cli import cli
+from symoro_elastic.cli.listed import LISTED, SECTIONS
 
 COMMANDS = sorted(cli.commands)
 WIDTH = 80
@@ -29,15 +33,24 @@ def first_line(command: click.Command) -> str:
 
 
 def test_every_command_is_in_exactly_one_section() -> None:
-    listed = [name for names in cli.sections.values() for name in names]
-    assert sorted(listed) == COMMANDS
+    """And found in the module that the list names."""
+    listed = [name for section in SECTIONS.values() for name in section]
+    modules = [module.name for module in pkgutil.iter_modules(symoro_elastic.cli.__path__) if module.name != "__main__"]
+    made = [
+        (name, str(one.name))
+        for name in modules
+        for one in vars(import_module(f"symoro_elastic.cli.{name}")).values()
+        if isinstance(one, click.Command)
+    ]
+    assert sorted(made) == sorted((LISTED[name].module, name) for name in listed)
+    assert {name: str(command.name) for name, command in cli.commands.items()} == {name: name for name in listed}
 
 
 def test_sections_are_printed_in_order_with_their_commands() -> None:
     text = printed()
     titles = re.findall(r"^(\w[\w ]*):$", text, re.MULTILINE)
-    assert titles == ["Options", *cli.sections]
-    for title, names in cli.sections.items():
+    assert titles == ["Options", *SECTIONS]
+    for title, names in SECTIONS.items():
         section = text.split(f"\n{title}:\n")[1].split("\n\n")[0]
         assert [line.split()[0] for line in section.splitlines()] == list(names)
 
@@ -74,7 +87,7 @@ def test_commands_take_few_arguments(name: str) -> None:
 
 
 def test_help_loads_click_and_the_command_line_only(tmp_path: Path) -> None:
-    """Modules are counted, not seconds: a busy machine changes nothing."""
+    """No module of a command. Modules are counted, not seconds: a busy machine changes nothing."""
     code = (
         "import sys; before = set(sys.modules)\n"
         "from symoro_elastic.cli import cli; cli.main(['--help'], standalone_mode=False)\n"
@@ -84,12 +97,10 @@ def test_help_loads_click_and_the_command_line_only(tmp_path: Path) -> None:
     loaded = ran.stdout.splitlines()[-1].split()[1:]
     assert {name.split(".")[0] for name in loaded} - sys.stdlib_module_names <= {"click", "symoro_elastic"}
     ours = [name.split(".")[1] for name in loaded if name.startswith("symoro_elastic.")]
-    assert set(ours) == {"api", "cli", "foundation", "machine"}
+    assert set(ours) == {"cli", "foundation", "machine"}
     of_machines = {name for name in loaded if name.startswith("symoro_elastic.machine.")}
     assert of_machines == {"symoro_elastic.machine.format_names"}
     ground = {name for name in loaded if name.startswith("symoro_elastic.foundation.")}
-    assert ground == {
-        f"symoro_elastic.foundation.{name}" for name in ("errors", "file_forms", "progress", "shipped", "version")
-    }
-    faces = {name for name in loaded if name.startswith("symoro_elastic.api.")}
-    assert faces == {f"symoro_elastic.api.{name}" for name in ("declaration", "kinds", "options", "rows")}
+    assert ground == {f"symoro_elastic.foundation.{name}" for name in ("errors", "version")}
+    commands = {name for name in loaded if name.startswith("symoro_elastic.cli.")}
+    assert commands == {f"symoro_elastic.cli.{name}" for name in ("listed", "sectioned_group")}

@@ -1,0 +1,90 @@
+"""The commands in sections, each with its module and the line that lists it: nothing of them is imported for that."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from importlib import import_module
+from inspect import cleandoc
+from typing import Any, NamedTuple
+
+import click
+
+
+class Listed(NamedTuple):
+    """A command: the module of this package that it is in, and the first line of its help."""
+
+    module: str
+    line: str
+
+    def short(self, limit: int) -> str:
+        """The line, cut where it is longer than a limit."""
+        return click.Command(None, help=self.line).get_short_help_str(limit)
+
+
+SECTIONS: Mapping[str, Mapping[str, Listed]] = {
+    "Files": {
+        "new": Listed("formats", "Write NAME.toml, a commented machine to start from."),
+        "formats": Listed("formats", "Print the reference of all file formats."),
+        "schema": Listed("formats", "Print the JSON Schema of machine or scene files."),
+    },
+    "Models and code": {
+        "show": Listed("machine", "Print the parameters of MACHINE and its base parameters."),
+        "view": Listed("pages", "Write a page that shows MACHINE and moves it."),
+        "convert": Listed("machine", "Convert MACHINE to the format of FILE."),
+        "models": Listed("machine", "List the models: arguments, results, shapes, units."),
+        "equations": Listed("code", "Write the equations of models as LaTeX, HTML or PDF."),
+        "singularities": Listed("kinematics", "Find where a frame loses a direction of motion."),
+        "generate": Listed("code", "Generate code for the models of MACHINE."),
+        "report": Listed("pages", "Write one page about MACHINE, to read and to print."),
+    },
+    "Verification": {
+        "check": Listed("code", "Compare the generated code with 50-digit references."),
+        "certify": Listed("code", "Prove ranges and rounding errors of results within the limits."),
+        "trade": Listed("trade", "Measure speed and accuracy, recommend the fastest build."),
+    },
+    "Vibration": {
+        "linearize": Listed("vibration", "Linearize MACHINE about an equilibrium or a state."),
+        "modes": Listed("vibration", "Compute natural frequencies, mode shapes, sensitivities."),
+        "response": Listed("vibration", "Compute frequency responses, poles and zeros."),
+        "compare": Listed("vibration", "Compare the full model with reduced and rigid models."),
+    },
+    "Simulation": {
+        "simulate": Listed("simulation", "Simulate the motions of a scene with a measured error."),
+        "ladder": Listed("simulation", "Find springs, method and step that a motion requires."),
+    },
+    "Variants": {"sweep": Listed("sweep", "Sweep parameters and positions over grids or samples.")},
+    "Control": {"feed-forward": Listed("vibration", "Compute torques that make the load follow a trajectory.")},
+    "Identification": {
+        "excite": Listed("identification", "Design an exciting trajectory for identification."),
+        "identify": Listed("identification", "Estimate dynamic parameters from measurements."),
+    },
+}
+LISTED: Mapping[str, Listed] = {name: one for section in SECTIONS.values() for name, one in section.items()}
+
+
+class ListedCommands(Mapping[str, click.Command]):
+    """The commands by name; the module of a command is imported when it is asked for."""
+
+    def __getitem__(self, name: str) -> click.Command:
+        module = import_module(f"symoro_elastic.cli.{LISTED[name].module}")
+        found: click.Command = getattr(module, name.replace("-", "_"))
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(LISTED)
+
+    def __len__(self) -> int:
+        return len(LISTED)
+
+
+def command(name: str, more: str = "") -> Callable[[Callable[..., Any]], click.Command]:
+    """Return a decorator that makes a command of a function.
+
+    Its help is the line that lists it, then `more` or, without it, the docstring of the function.
+    """
+
+    def decorate(function: Callable[..., Any]) -> click.Command:
+        text = more or cleandoc(function.__doc__ or "")
+        return click.command(name, help=f"{LISTED[name].line}\n\n{text}")(function)
+
+    return decorate
