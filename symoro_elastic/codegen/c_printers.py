@@ -140,15 +140,15 @@ class CPrinter(Printer):
         number = super().literal(value)
         return number._replace(text=self.precision.number(number.text))
 
-    def operation(self, node: Expression, flipped: bool = False) -> Text:
-        """The operation of a node written out; the sine or cosine of a given angle is an entry of an array."""
+    def other_operation(self, node: Expression, flipped: bool) -> Text:
+        """A symbol, a function, an operator on one expression; the sine of a given angle is an entry of an array."""
         if node.operation in FUNCTIONS:
             if node.operation in (SIN, COS) and node.operands[0].id in self.angles:
                 return Text(flipped, self.entry(node), ATOM)
             self.called.setdefault(node.operation)
         elif node.operation == MULTIPLY and len(node.needs) == 1:
             return self.multiple(self.text(node.operands[0]), self.text(node.operands[1]), flipped)
-        return super().operation(node, flipped)
+        return super().other_operation(node, flipped)
 
     def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
         """An operation as a call of a function."""

@@ -140,6 +140,14 @@ class Printer:
 
     def operation(self, node: Expression, flipped: bool = False) -> Text:
         """The operation of a node written out, its sign reversed when `flipped`."""
+        rule = self.operators.get(node.operation)
+        if rule is None or len(node.needs) < 2:
+            return self.other_operation(node, flipped)
+        first, second = node.operands
+        return rule(flipped, self.text(first), self.text(second))
+
+    def other_operation(self, node: Expression, flipped: bool) -> Text:
+        """The same for a symbol, a function, and an operator on one expression."""
         operation = node.operation
         if operation == SYMBOL:
             self.referenced.add(node.operands[0])
