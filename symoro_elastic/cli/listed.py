@@ -39,7 +39,7 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
     },
     "Verification": {
         "check": Listed("code", "Compare the generated code with 50-digit references."),
-        "certify": Listed("code", "Prove ranges and rounding errors of results within the limits."),
+        "certify": Listed("code", "Prove ranges and rounding errors of results within limits."),
         "trade": Listed("trade", "Measure speed and accuracy, recommend the fastest build."),
     },
     "Vibration": {
