@@ -143,8 +143,8 @@ def _bound(program: _Program, root: Expression, rounding: Rounding, refined: boo
     first = crude = rest = 0.0
     for node, a in _derivatives(program, root):
         z = program.value(node)
-        weight, added = _weights(node, rounding, program)
-        part, count = a.size * (weight * z.size + added), a.roundings + z.roundings + 1
+        weight, relative, added = _weights(node, rounding, program)
+        part, count = a.size * ((weight + relative) * z.size + added), a.roundings + z.roundings + 1
         crude += part
         rest += part * math.expm1(count * math.log1p(u)) + a.size * rounding.least / u
         if not refined or not part:
@@ -153,7 +153,7 @@ def _bound(program: _Program, root: Expression, rounding: Rounding, refined: boo
         size = z.size if node.id in program.angles else _largest(z, program)
         last = float(ufp(np.array(size + z.size * math.expm1(count * math.log1p(u)))))
         together = math.inf if node.id in program.angles else _largest(a * z, program)
-        first += weight * min(together, alone * last) + added * alone
+        first += weight * min(together, alone * last) + relative * min(together, alone * size) + added * alone
     outwards = (1 + 1e-9) * u
     return RoundingBound((min(first, crude) + rest if refined else crude + rest) * outwards, (crude + rest) * outwards)
 
@@ -192,27 +192,27 @@ _PARTIALS: dict[str, Callable[[Sequence[Polynomial]], tuple[Polynomial | int | N
 }
 
 
-def _weights(node: Expression, rounding: Rounding, program: _Program) -> tuple[float, float]:
-    """Return the errors of an operation in units of u times its value, and in units of u: those of added constants."""
+def _weights(node: Expression, rounding: Rounding, program: _Program) -> tuple[float, float, float]:
+    """Return the errors of an operation: own and of constant factors by u and value; of added constants by u."""
     if node.id in program.known:
-        return 1.0, 0.0
+        return 1.0, 0.0, 0.0
     if node.id in program.angles:
-        return (0.0 if node.operation in (SYMBOL, operations.NEGATE) else rounding.u_angle / rounding.u), 0.0
+        return (0.0 if node.operation in (SYMBOL, operations.NEGATE) else rounding.u_angle / rounding.u), 0.0, 0.0
     if node.operation == SYMBOL:
         exact = node.operands[0] not in program.numbers or not constant_error(
             Fraction(program.numbers[node.operands[0]]), rounding
         )
-        return (0.0 if exact and not rounding.is_mixed else 1.0), 0.0
+        return (0.0 if exact and not rounding.is_mixed else 1.0), 0.0, 0.0
     if node.operation == operations.NEGATE:
-        return 0.0, 0.0
+        return 0.0, 0.0, 0.0
     if node.operation in (SIN, COS):
-        return OF_CIRCLE * rounding.u_angle / rounding.u + rounding.is_mixed, 0.0
+        return OF_CIRCLE * rounding.u_angle / rounding.u + rounding.is_mixed, 0.0, 0.0
     numbers = [x for x in node.operands if type(x) is not Expression]
     errors = sum(float(constant_error(x, rounding)) for x in numbers) / rounding.u
     if node.operation in (operations.ADD, operations.SUBTRACT):
-        return 1.0, errors
+        return 1.0, 0.0, errors
     moves = any(is_power_of_two(x) for x in numbers)
-    return (0.0 if moves else 1.0 + sum(errors / abs(float(x)) for x in numbers)), 0.0
+    return (0.0 if moves else 1.0), sum(errors / abs(float(x)) for x in numbers), 0.0
 
 
 def _largest(x: Polynomial, program: _Program) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -129,6 +130,15 @@ def test_mixed_and_parameters() -> None:
     box = box_of("q", q=(-PI, PI), m=(0.1, 0.1))
     units = [rounding_bound(x, box, rounding).bound / rounding.u for rounding in (DOUBLE, SINGLE, MIXED)]
     assert units == pytest.approx([0.3 + 0.0625, 0.3 + 2 * 0.0625, 0.1 + 2 * 0.0625], rel=1e-5)
+
+
+def test_a_constant_factor_counts_with_the_value() -> None:
+    """0.193 v: the error of the constant is multiplied by v, not by the power of two below the product."""
+    graph = Graph()
+    v, w = graph.symbol("v"), graph.symbol("w")
+    x = v * Fraction(193, 1000) + w
+    box = box_of(v=(4.99, 5), w=(0.0, 0.001))
+    assert measured(x, box, 200_000, np.float64) <= rounding_bound(x, box, DOUBLE).bound
 
 
 def test_numbers_and_refusals() -> None:
