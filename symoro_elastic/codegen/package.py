@@ -101,7 +101,7 @@ class Function:
     divides: bool = False
     least_bits: int = 0
     constants: tuple[Constant, ...] = ()
-    guaranteed: Mapping[str, Guaranteed] = field(default_factory=dict)
+    guaranteed: Mapping[str, Guaranteed] = field(default_factory=dict, repr=False)
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -48,7 +48,7 @@ ZERO = interval(0)
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class ChangedNodes:
     """Changes of a program, by number of the node: dropped operands of sums, frozen nodes, sines that are angles."""
 
     dropped: frozenset[tuple[int, int]] = frozenset()
@@ -65,26 +65,26 @@ Differences: TypeAlias = dict[int, Interval]
 """z~ - z of each node that differs, by number."""
 
 
-def errors_of_left_out(
-    nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, left_out: LeftOut
+def errors_of_changes(
+    nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, edits: ChangedNodes
 ) -> Array:
     """The largest |f_S - f| of each result by sub-box (results, sub-boxes); infinite where it is not bounded.
 
     `bounds` has the ranges of the nodes of the whole program.
     """
     with np.errstate(all="ignore"):
-        changed = _Recursion(bounds, left_out, False)
+        changed = _Recursion(bounds, edits, False)
         changed.run(nodes)
         found = np.array([np.broadcast_to(changed.of(x).magnitude, bounds.shape) for x in results])
-        smaller: Array = np.minimum(found, _by_mean_value(nodes, results, bounds, left_out))
+        smaller: Array = np.minimum(found, _by_mean_value(nodes, results, bounds, edits))
     return smaller
 
 
 class _Recursion:
     """Values of the changed program and their differences from the whole one, in order; of all the way on a `path`."""
 
-    def __init__(self, bounds: Bounds, left_out: LeftOut, path: bool) -> None:
-        self._bounds, self._left_out, self._path = bounds, left_out, path
+    def __init__(self, bounds: Bounds, edits: ChangedNodes, path: bool) -> None:
+        self._bounds, self._edits, self._path = bounds, edits, path
         self.differences: Differences = {}
         self._values: dict[int, Interval] = {}
         self.rates: dict[int, Interval] = {}
@@ -92,11 +92,9 @@ class _Recursion:
     def run(self, nodes: Sequence[Expression]) -> None:
         """Follow all nodes."""
         for node in nodes:
-            if node.operation == SYMBOL or node.level == Level.CONSTANT:
-                continue
-            if self._left_out.changes(node):
+            if self._edits.changes(node):
                 self._keep(node, *self._changed(node))
-            elif any(type(x) is Expression and x.id in self.differences for x in node.operands):
+            elif node.operation != SYMBOL and any(self.of(x) is not ZERO for x in node.operands):
                 self._keep(node, self._passed(node), self._computed(node))
 
     def of(self, x: Operand) -> Interval:
@@ -110,7 +108,7 @@ class _Recursion:
 
     def is_gone(self, node: Expression, k: int) -> bool:
         """Whether an operand of a sum is dropped."""
-        return (node.id, k) in self._left_out.dropped
+        return (node.id, k) in self._edits.dropped
 
     def _keep(self, node: Expression, difference: Interval, value: Interval) -> None:
         """Note both, each as far as the other allows."""
@@ -133,11 +131,12 @@ class _Recursion:
 
     def _changed(self, node: Expression) -> tuple[Interval, Interval]:
         """Difference and value of a node that is changed itself; its rate on the path is noted."""
-        whole, full = self._bounds.range_of(node), self._computed(node)
-        if node.id in self._left_out.frozen:
-            end = interval(self._left_out.frozen[node.id])
+        whole = self._bounds.range_of(node)
+        full = whole if node.operation == SYMBOL else self._computed(node)
+        if node.id in self._edits.frozen:
+            end = interval(self._edits.frozen[node.id])
             difference, rate = end - whole, end - full
-        elif node.id in self._left_out.straightened:
+        elif node.id in self._edits.straightened:
             x, end = node.operands[0], self.value(node.operands[0])
             rate = _angle_less_sine(end)
             difference = self._passed(node) + rate if self.of(x) is not ZERO else rate
@@ -151,7 +150,8 @@ class _Recursion:
         if not self._path:
             return difference, end
         self.rates[node.id] = rate
-        return self._passed(node).hull(0) + rate.hull(0), full.hull(end)
+        passed = ZERO if node.operation == SYMBOL else self._passed(node)
+        return passed.hull(0) + rate.hull(0), full.hull(end)
 
 
 def _sum(terms: Iterable[Interval]) -> Interval:
@@ -162,9 +162,11 @@ def _sum(terms: Iterable[Interval]) -> Interval:
     return total
 
 
-def _by_mean_value(nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, left_out: LeftOut) -> Array:
+def _by_mean_value(
+    nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds, edits: ChangedNodes
+) -> Array:
     """|sum a_i r_i| of each result by sub-box."""
-    path = _Recursion(bounds, left_out, True)
+    path = _Recursion(bounds, edits, True)
     path.run(nodes)
     adjoints: dict[int, Interval] = {}
     for k, x in enumerate(results):
@@ -183,13 +185,13 @@ def _by_mean_value(nodes: Sequence[Expression], results: Sequence[Operand], boun
         rule = OPERATIONS[node.operation].partials if node.operation != SYMBOL else None
         if rule is None or node.level == Level.CONSTANT:
             continue
-        for operand, part in zip(node.operands, _partials(node, adjoint, path, left_out), strict=True):
+        for operand, part in zip(node.operands, _partials(node, adjoint, path, edits), strict=True):
             if type(operand) is Expression:
                 _add(adjoints, operand, part)
     return total.magnitude
 
 
-def _partials(node: Expression, adjoint: Interval, path: _Recursion, left_out: LeftOut) -> list[Interval]:
+def _partials(node: Expression, adjoint: Interval, path: _Recursion, edits: ChangedNodes) -> list[Interval]:
     """The adjoints that a node hands on to its operands, over the path.
 
     A dropped addend has a share of 1 to 0 of its own, operands of a frozen node likewise; a sine on its way to its
@@ -198,9 +200,9 @@ def _partials(node: Expression, adjoint: Interval, path: _Recursion, left_out: L
     rule = OPERATIONS[node.operation].partials
     assert rule is not None
     parts = rule(INTERVALS.operations, path.value(node), [path.value(x) for x in node.operands]).back(adjoint)
-    if node.id in left_out.frozen:
+    if node.id in edits.frozen:
         return [part.hull(0) for part in parts]
-    if node.id in left_out.straightened:
+    if node.id in edits.straightened:
         return [part.hull(adjoint) for part in parts]
     return [part.hull(0) if path.is_gone(node, k) else part for k, part in enumerate(parts)]
 

@@ -5,23 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from symoro_elastic.machine.within import Tolerance
+from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes
 from symoro_elastic.numerics.within.tape import Kind
 from symoro_elastic.symbolic.expression import Operand
 from symoro_elastic.symbolic.program import OperationCount, Output, Program
 
-
-@dataclass(frozen=True)
-class Tolerance:
-    """An allowed error: of the largest value over the box if `relative`, else in the unit of the result."""
-
-    value: float
-    relative: bool = True
-
-
 Tolerances = Mapping[str, Tolerance | Sequence[Tolerance]]
 """By the name of an output: for all its entries, or for each of them."""
-ErrorBound = Callable[[Program, Program], Mapping[str, Sequence[float]]]
-"""From a program and the reduced one to bounds on the errors of all entries, by output, in their units."""
+ErrorBound = Callable[[Program, Program, ChangedNodes], Mapping[str, Sequence[float]]]
+"""From a program, the reduced one and its changes to bounds on the errors of all entries, by output, in their units."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.numerics.within.results import Tolerance, Tolerances
+from symoro_elastic.machine.within import Tolerance
+from symoro_elastic.numerics.within.results import Tolerances
 from symoro_elastic.numerics.within.tape import Tape
 from symoro_elastic.symbolic.program import Output, Program
 

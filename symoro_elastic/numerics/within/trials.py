@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes
 from symoro_elastic.numerics.within.candidates import candidates_of
 from symoro_elastic.numerics.within.left_out import left_out_of
 from symoro_elastic.numerics.within.rebuild import rebuilt, with_values
@@ -155,11 +157,20 @@ class Trial:
 
     def apply(self, bound: ErrorBound) -> None:
         """Find bounds on all states of the box."""
-        task, found = self.task, bound(self.task.program, self.reduced)
+        task, found = self.task, bound(self.task.program, self.reduced, self._changed_nodes())
         by_place: dict[int, float] = {}
         for output, places in zip(task.program.outputs, task.tape.entries, strict=True):
             by_place |= dict(zip(places, found[output.name], strict=True))
         self.bounded = np.array([by_place[place] for place in task.tape.results]) * task.judging
+
+    def _changed_nodes(self) -> ChangedNodes:
+        """The changes by the numbers of nodes."""
+        nodes = self.task.tape.nodes
+        return ChangedNodes(
+            frozenset((nodes[place].id, operand) for place, operand in self.changes.dropped),
+            {nodes[place].id: Fraction(constant) for place, constant in self.changes.frozen.items()},
+            frozenset(nodes[place].id for place in self.changes.straightened),
+        )
 
     def judged(self) -> Array:
         """Return the largest bound on each result's error, of its tolerance; the error that is known without one."""

@@ -15,7 +15,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import box_of, parameter_box
 from symoro_elastic.numerics.guarantees.certificate import Subject
-from symoro_elastic.numerics.guarantees.dropped_terms import LeftOut, errors_of_left_out
+from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes, errors_of_changes
 from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.knowledge import PivotKnowledge
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 FLOATS = arithmetic(np.float64)
 
 
-def values(nodes: list[Expression], states: Mapping[str, Array], left_out: LeftOut) -> dict[int, Array]:
+def values(nodes: list[Expression], states: Mapping[str, Array], left_out: ChangedNodes) -> dict[int, Array]:
     """The values of all nodes of the changed program, written out once more."""
     found: dict[int, Array] = {}
 
@@ -50,7 +50,7 @@ def values(nodes: list[Expression], states: Mapping[str, Array], left_out: LeftO
     return found
 
 
-def drawn(nodes: list[Expression], rng: np.random.Generator, positions: set[str]) -> LeftOut:
+def drawn(nodes: list[Expression], rng: np.random.Generator, positions: set[str]) -> ChangedNodes:
     """Some changes: a tenth of the addends, some nodes of positions only, some sines."""
     moving = [x for x in nodes if x.level == Level.STATE]
     still: dict[int, bool] = {}
@@ -62,7 +62,7 @@ def drawn(nodes: list[Expression], rng: np.random.Generator, positions: set[str]
     kept = [x for x in moving if still[x.id] and x.operation not in (SYMBOL, ADD, SUBTRACT)]
     frozen = {x.id: Fraction(int(rng.integers(-8, 8)), 16) for x in kept if rng.random() < 0.03}
     sines = {x.id for x in moving if x.operation == SIN and rng.random() < 0.3} - frozen.keys()
-    return LeftOut(frozenset(dropped), frozen, frozenset(sines))
+    return ChangedNodes(frozenset(dropped), frozen, frozenset(sines))
 
 
 def subject(machine: Machine, model: str) -> Subject:
@@ -85,9 +85,9 @@ def test_differences_are_within_the_bound(model: str, seed: int) -> None:
         left_out = drawn(nodes, rng, set(box.positions))
         parts = halved(box.whole, sorted(box.positions)[-1])
         bounds = whole.bounds(parts)
-        most = errors_of_left_out(nodes, results, bounds, left_out).max(axis=1)
+        most = errors_of_changes(nodes, results, bounds, left_out).max(axis=1)
         states = box.states(3000, rng)
-        exact, changed = (values(nodes, states, x) for x in (LeftOut(), left_out))
+        exact, changed = (values(nodes, states, x) for x in (ChangedNodes(), left_out))
         for x, bound in zip(results, most, strict=True):
             if isinstance(x, Expression) and np.isfinite(bound):
                 worst = np.max(np.abs(changed[x.id] - exact[x.id]))
@@ -107,15 +107,15 @@ def test_signs_are_kept() -> None:
     box = dict.fromkeys("xyz", Interval(np.array([1.0]), np.array([2.0])))
     bounds = running_errors(nodes, box, ROUNDINGS["double"])
     gone = {(node.id, k) for node in (first, second) for k, one in enumerate(node.operands) if one is product}
-    assert errors_of_left_out(nodes, [root], bounds, LeftOut(frozenset(gone)))[0, 0] < 3.1
-    one = LeftOut(frozenset(sorted(gone)[:1]))
-    assert errors_of_left_out(nodes, [root], bounds, one)[0, 0] == pytest.approx(4, rel=1e-9)
+    assert errors_of_changes(nodes, [root], bounds, ChangedNodes(frozenset(gone)))[0, 0] < 3.1
+    one = ChangedNodes(frozenset(sorted(gone)[:1]))
+    assert errors_of_changes(nodes, [root], bounds, one)[0, 0] == pytest.approx(4, rel=1e-9)
 
 
 def test_nothing_left_out_is_exact() -> None:
     whole = subject(planar_2r(), "inverse_dynamics")
     bounds = whole.bounds(whole.box.whole)
-    assert not errors_of_left_out(whole.nodes, whole.results, bounds, LeftOut()).any()
+    assert not errors_of_changes(whole.nodes, whole.results, bounds, ChangedNodes()).any()
 
 
 def test_a_divisor_that_a_dropped_term_may_cancel_is_not_bounded() -> None:
@@ -127,5 +127,5 @@ def test_a_divisor_that_a_dropped_term_may_cancel_is_not_bounded() -> None:
     bounds = running_errors(nodes, box, ROUNDINGS["double"])
     total = nodes[-2]
     for k, one in enumerate(total.operands):
-        found = errors_of_left_out(nodes, [root], bounds, LeftOut(frozenset({(total.id, k)})))[0, 0]
+        found = errors_of_changes(nodes, [root], bounds, ChangedNodes(frozenset({(total.id, k)})))[0, 0]
         assert np.isfinite(found) == (one is x)

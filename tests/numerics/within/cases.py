@@ -13,10 +13,10 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.generation.pipeline import prepare
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.within import Tolerance
 from symoro_elastic.models.catalogue import expressions_of_scene
 from symoro_elastic.models.tracing import prune, schedule
 from symoro_elastic.numerics.grouping import grouping_by_rank
-from symoro_elastic.numerics.within.results import Tolerance
 from symoro_elastic.numerics.within.states import Bounds
 from symoro_elastic.numerics.within.tape import Tape
 from symoro_elastic.symbolic.arithmetic import evaluate

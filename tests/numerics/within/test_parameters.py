@@ -12,10 +12,11 @@ from symoro_elastic.generation.pipeline import prepare
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.machine.within import Tolerance
 from symoro_elastic.models.catalogue import trace_scene
 from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.numerics.within.reduction import without_parameters
-from symoro_elastic.numerics.within.results import Reduction, Tolerance
+from symoro_elastic.numerics.within.results import Reduction
 from symoro_elastic.numerics.within.tape import Kind
 from symoro_elastic.symbolic.program import Output, Program, build
 

@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from symoro_elastic.machine.within import Tolerance
 from symoro_elastic.numerics.within.reduction import reduce_program
-from symoro_elastic.numerics.within.results import Reduction, Tolerance
+from symoro_elastic.numerics.within.results import Reduction
 from symoro_elastic.numerics.within.tape import Changes, Kind, Tape
 from symoro_elastic.numerics.within.unseen import unseen
 from symoro_elastic.numerics.within.worst_states import climb
@@ -232,7 +233,7 @@ def test_a_given_bound_is_kept() -> None:
     case = planar()
     calls = []
 
-    def twice(program, other):
+    def twice(program, other, changes):
         calls.append(other)
         symbols = drawn(case, 5000, 3)
         errors = 2 * np.abs(results_of(other, symbols) - results_of(program, symbols)).max(axis=1)
@@ -244,7 +245,7 @@ def test_a_given_bound_is_kept() -> None:
     assert all(one.bounded is None for one in free.errors)
     assert found.after.mul + found.after.add >= free.after.mul + free.after.add
     never = {output.name: [math.nan] * len(output.entries) for output in case.program.outputs}
-    assert reduced(case, 0.1, bound=lambda program, other: never, states=2000).reduced is case.program
+    assert reduced(case, 0.1, bound=lambda program, other, changes: never, states=2000).reduced is case.program
 
 
 def test_the_same_seed_gives_the_same_program() -> None:
