@@ -13,7 +13,7 @@ from symoro_elastic.api.declaration import operation, operation_on_models
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Certifying, Checking, Generating, Trading, Writing
 from symoro_elastic.api.rows import EFFORTS, MachineLike, Values, certified_names
-from symoro_elastic.api.scenes import SceneRequest, in_tolerance, scene_for
+from symoro_elastic.api.scenes import SceneRequest, scene_for
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain, tool_chain
 from symoro_elastic.codegen.package import Function, Package
@@ -50,7 +50,6 @@ def generate(machine: MachineLike, options: Generating) -> Generated:
     build = build_of(options)
     whole = the_machine(machine)
     scene = replace(scene_for(whole, options, options.steps), merge_angles=options.merge_angles)
-    scene = in_tolerance(scene, options)
     with permission(force=options.force):
         return build.written(whole, scene, options)
 

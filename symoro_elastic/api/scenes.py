@@ -89,6 +89,7 @@ def scene_for(
     """Return the scene of a machine with what options request added, and with the form of direct_dynamics."""
     models = options.models if isinstance(options, RequestedModels) else ()
     scene = SceneRequest(models, options.fold, options.only, steps).of(machine, options.scene, note)
+    scene = in_tolerance(scene, options) if isinstance(options, Generating) else scene
     return in_form(scene, options.form) if isinstance(options, RequestedModels) else scene
 
 

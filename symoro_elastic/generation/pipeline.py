@@ -47,6 +47,7 @@ from symoro_elastic.quantities.frames import BASE
 from symoro_elastic.symbolic.memory import no_collection
 
 if TYPE_CHECKING:
+    from symoro_elastic.generation.reduced import ReducedModel
     from symoro_elastic.numerics.guarantees.certificates import Certificates, Effort
     from symoro_elastic.numerics.verification.forms import Choice
     from symoro_elastic.numerics.verification.verify import Verification
@@ -59,7 +60,8 @@ DIRECT = "direct_dynamics"
 class Generated(Result):
     """Written files and their models; `whole` are the same models of the whole machine, `notes` remarks on files.
 
-    `form` is the choice of the form of the direct dynamic model, where it was asked for.
+    `form` is the choice of the form of the direct dynamic model, where it was asked for, `reduced` what was left out of
+    models within tolerances.
     """
 
     written: list[Path]
@@ -68,6 +70,7 @@ class Generated(Result):
     reports: Sequence[CodeReport] = ()
     notes: tuple[str, ...] = ()
     form: Choice | None = None
+    reduced: Sequence[ReducedModel] = ()
 
     @property
     def headline(self) -> str:
@@ -168,6 +171,9 @@ def generate(
     `InputError`; nothing is written then.
     """
     texts = [name for name in targets if name in TARGETS]
+    if scene.within and FMU in targets:
+        what = "an FMU has models of its own, which are whole: leave out the target, or within"
+        raise machine.error("scene, within", what)
     scene, form = in_form(machine if texts else _of_unit(machine), scene, announce)
     made = [_code(machine, scene, texts, announce, precisions, tools, certify)] if texts else []
     if FMU in targets:
@@ -175,7 +181,7 @@ def generate(
     announce("write")
     written = write_files(out / machine.name, {name: x for one in made for name, x in one.files.items()})
     notes = tuple(note for one in made for note in one.notes)
-    return Generated(written, made[0].models, made[0].whole, made[0].reports, notes, form)
+    return Generated(written, made[0].models, made[0].whole, made[0].reports, notes, form, made[0].reduced)
 
 
 @dataclass(frozen=True)
@@ -187,6 +193,7 @@ class _Made:
     whole: Sequence[TracedModel]
     reports: Sequence[CodeReport] = ()
     notes: tuple[str, ...] = ()
+    reduced: Sequence[ReducedModel] = ()
 
 
 def _code(
@@ -199,15 +206,33 @@ def _code(
     certify: bool,
 ) -> _Made:
     """The code of the models that a scene asks of a machine; raises `InputError`."""
-    asked = programs(machine, scene, announce)
-    package = with_certificates(machine, asked, precisions, announce) if certify else asked.package
+    asked, package, reduced = _guaranteed(machine, scene, precisions, certify, announce)
     announce("render")
     files = render(package, targets, machine.source, precisions)
     reports: Sequence[CodeReport] = ()
     if tools:
         announce(f"compile: {tools.command}")
         reports = report(package, files, machine.label, precisions, tools)
-    return _Made(files, asked.models, _of_whole_machine(asked), reports)
+    return _Made(files, asked.models, _of_whole_machine(asked), reports, reduced=reduced)
+
+
+def _guaranteed(
+    machine: Machine, scene: Scene, precisions: Sequence[Precision], certify: bool, announce: Announce
+) -> tuple[Traced, Package, Sequence[ReducedModel]]:
+    """The programs of a scene, within its tolerances, and their package, which says what is guaranteed if asked for."""
+    if not scene.within:
+        asked = programs(machine, scene, announce)
+        package = with_certificates(machine, asked, precisions, announce) if certify else asked.package
+        return asked, package, ()
+    from symoro_elastic.generation.reduced import certificates_of, reduced_models, said
+    from symoro_elastic.numerics.guarantees.header import with_guarantees
+    from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
+
+    announce("leave out")
+    roundings = [ROUNDINGS[precision.name] for precision in precisions if precision.name in ROUNDINGS]
+    asked, reduced = reduced_models(DescribedMachine.of(machine), scene, programs, roundings)
+    first = {one.model: said(one) for one in reduced}
+    return asked, with_guarantees(asked.package, certificates_of(reduced, machine.name), first), reduced
 
 
 def report(

@@ -8,7 +8,9 @@ from typing import Any
 from symoro_elastic.codegen.package_context import count_json, operations
 from symoro_elastic.foundation.results import Field, Part, Table, declare, json_of, parts_of, plain
 from symoro_elastic.generation.pipeline import Generated
+from symoro_elastic.generation.reduced import ReducedModel, said
 from symoro_elastic.models.catalogue import TracedModel
+from symoro_elastic.numerics.guarantees.certificates import Certificates
 from symoro_elastic.symbolic.program import saving
 
 declare(
@@ -21,6 +23,22 @@ declare(
 declare(Generated, Field("models", rows=TracedModel))
 
 
+declare(
+    ReducedModel,
+    Field("within", lambda one: {name or "all": str(x) for name, x in one.within.tolerances.items()}),
+    Field("operations", lambda one: dict(zip(("whole", "left"), one.operations, strict=True))),
+    Field("left_out", lambda one: [change.term for change in one.reduction.left_out]),
+    Field("certificates"),
+)
+
+
+@parts_of.register
+def _(one: ReducedModel) -> list[Part]:
+    """Return what is left of a model, and its errors."""
+    certificates = Certificates(one.certificates[0].machine, one.certificates) if one.certificates else None
+    return [said(one), *(certificates.parts() if certificates else ())]
+
+
 @parts_of.register
 def _(made: Generated) -> list[Part]:
     """Return what was written, and the operations of each model."""
@@ -29,7 +47,8 @@ def _(made: Generated) -> list[Part]:
     chosen = [made.form.sentence] if made.form else []
     reports = [part for report in made.reports for part in report.parts()]
     counts: list[Part] = [models_table(made.models, made.whole), "x products and divisions, + sums and differences"]
-    return [written, *notes, *counts, *chosen, *reports]
+    left_out = [part for one in made.reduced for part in one.parts()]
+    return [written, *notes, *counts, *left_out, *chosen, *reports]
 
 
 @json_of.register
@@ -38,6 +57,7 @@ def _(made: Generated) -> dict[str, Any]:
     more: dict[str, Any] = {"notes": list(made.notes)} if made.notes else {}
     more |= {"reports": plain({report.file: report for report in made.reports})} if made.reports else {}
     more |= {"form": plain(made.form)} if made.form else {}
+    more |= {"reduced": {one.model: json_of(one) for one in made.reduced}} if made.reduced else {}
     return {"written": [str(path) for path in made.written], "models": models_json(made.models, made.whole), **more}
 
 

@@ -167,7 +167,7 @@ def certify(
     ranges = [bounds.range_of(x) for x in subject.results]
     entries = [
         EntryBound(name, entry, float(np.min(x.low)), float(np.max(x.high)), float(error), float(min(often, error)))
-        for (name, entry), x, error, often in zip(_labels(subject.function), ranges, errors, likely, strict=True)
+        for (name, entry), x, error, often in zip(labels(subject.function), ranges, errors, likely, strict=True)
     ]
     largest = max((float(np.max(bounds.computed(node).magnitude)) for node in subject.nodes), default=0.0)
     return Certificate(
@@ -198,7 +198,7 @@ def _likely(subject: Subject, rng: np.random.Generator) -> list[float]:
     return [bound_of_more(row, UNSEEN) if np.any(row) else 0.0 for row in errors]
 
 
-def _labels(function: Function) -> Iterator[tuple[str, str]]:
+def labels(function: Function) -> Iterator[tuple[str, str]]:
     """Name of the result, and what the entry belongs to, of all entries."""
     for result in function.results:
         for index in np.ndindex(*result.shape):

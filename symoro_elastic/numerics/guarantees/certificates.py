@@ -60,19 +60,28 @@ def certify_models(
     """
     functions = asked.package.functions
     made = [
-        _certificate(asked, physical, limits, function, rounding, effort)
+        certificate_of(subject_of(asked, physical, limits, function, rounding), asked.whole.name, effort)
         for function in functions
         for rounding in roundings
     ]
     return Certificates(asked.whole.name, tuple(made))
 
 
-def _certificate(
-    asked: Traced, physical: Machine, limits: Limits, function: Function, rounding: Rounding, effort: Effort
-) -> Certificate:
+def subject_of(
+    asked: Traced, physical: Machine | None, limits: Limits, function: Function, rounding: Rounding
+) -> Subject:
+    """A function with its box, and with what is known of its pivots from the bodies of a machine; raises `InputError`.
+
+    Without a `physical` machine nothing is known, as of reduced programs, whose pivots are others.
+    """
     arrays = TYPES[PRECISIONS[rounding.name].state]
     box = box_of(asked.machine, limits, function.program.inputs, function.program.used).rounded(arrays)
-    knowledge = PivotKnowledge(asked, physical, parameter_box(physical, limits), function)
-    subject = Subject(function, box, rounding, knowledge)
-    found = certify(subject, asked.whole.name, effort.most_sub_boxes, effort.seed, effort.progress)
+    if physical is None:
+        return Subject(function, box, rounding)
+    return Subject(function, box, rounding, PivotKnowledge(asked, physical, parameter_box(physical, limits), function))
+
+
+def certificate_of(subject: Subject, machine: str = "", effort: Effort = Effort()) -> Certificate:
+    """What a function guarantees."""
+    found = certify(subject, machine, effort.most_sub_boxes, effort.seed, effort.progress)
     return by_polynomials(found, subject, effort.progress) if effort.polynomials else found

@@ -1,0 +1,260 @@
+"""Models within tolerances: what results allow is left out of programs, and the code says what is left out.
+
+Terms of a program are left out by `numerics/within`; errors are those from the whole model while joints are within
+their limits, the rounding of the reduced program among them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symoro_elastic.codegen.package import Function
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.machine.freed import with_free_numbers
+from symoro_elastic.machine.limits import Limits
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Tolerance, Within
+from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.traced import Traced
+from symoro_elastic.numerics.guarantees.box import LIMITED, POSITION
+from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Subject, labels
+from symoro_elastic.numerics.guarantees.certificates import Certificates, certificate_of, subject_of
+from symoro_elastic.numerics.guarantees.of_reduced import ReducedErrors
+from symoro_elastic.numerics.guarantees.running_error import Rounding
+from symoro_elastic.numerics.within.reduction import reduce_program, without_parameters
+from symoro_elastic.numerics.within.results import EntryError, Reduction
+from symoro_elastic.symbolic.program import Names, Program
+
+POSITIONS = tuple(name for name, quantity in LIMITED.items() if quantity == POSITION)
+FREED = ("bodies", "motors")
+"""Tables whose numbers may become zero."""
+Trace = Callable[[Machine, Scene], Traced]
+
+
+@dataclass(frozen=True, repr=False)
+class ReducedModel(Result):
+    """A model within a tolerance: what was left out, and its errors; certificates have the total, rounding included."""
+
+    model: str
+    within: Within
+    reduction: Reduction
+    certificates: tuple[Certificate, ...]
+
+    @property
+    def operations(self) -> tuple[int, int]:
+        """Products, quotients and sums of a call: of the whole model, and of this one."""
+        before, after = self.reduction.before, self.reduction.after
+        return before.products + before.add, after.products + after.add
+
+    @property
+    def headline(self) -> str:
+        """The model, and how much is left of it."""
+        whole, left = self.operations
+        tolerances = ", ".join(f"{name} {x}".strip() for name, x in self.within.tolerances.items())
+        return f"{self.model} within {tolerances}: {left} of {whole} operations"
+
+
+def reduced_models(
+    machine: DescribedMachine,
+    scene: Scene,
+    trace: Trace,
+    roundings: Sequence[Rounding],
+    progress: Progress = no_progress,
+) -> tuple[Traced, list[ReducedModel]]:
+    """The models of a scene within its tolerances, as programs, and what was left out; raises `InputError`."""
+    _refuse(machine, scene)
+    scene = replace(scene, fold=ALL)
+    asked = trace(machine, scene)
+    _refuse_unknown(asked, scene.within, machine)
+    if scene.within.keep is Keep.PARAMETERS:
+        return _without_parameters(machine, scene, trace, asked, roundings)
+    made = []
+    for function in asked.package.functions:
+        whole = subject_of(asked, _physical(machine), machine.limits, function, roundings[0])
+        made.append(_reduced(whole, asked, scene.within, machine, progress))
+    models = [replace(one, program=reduction.reduced) for one, reduction in zip(asked.models, made, strict=True)]
+    reduced = replace(asked, models=models)
+    return reduced, _reports(asked, reduced, made, scene.within, machine.limits, roundings)
+
+
+def _refuse(machine: Machine, scene: Scene) -> None:
+    if scene.steps:
+        raise machine.error("scene, within", "time steps are those of the whole model: leave out steps, or within")
+    missing = [parameter.name for parameter in machine.parameters if parameter.value is None]
+    if missing:
+        what = f"{missing[0]} has no value: what may be left out depends on the values of all parameters"
+        raise machine.error("scene, within", what)
+
+
+def _refuse_unknown(asked: Traced, within: Within, machine: Machine) -> None:
+    """Raise `InputError` for a tolerance of what is neither a result nor a joint."""
+    results = [result.name for function in asked.package.functions for result in function.results]
+    known = [*dict.fromkeys(results), *(joint.name for joint in machine.joints)]
+    for name in within.tolerances:
+        if name != ALL_RESULTS and name not in known:
+            what = f"there is no result or joint {quote(name)}{did_you_mean(name, known)}"
+            raise machine.error("scene, within", what)
+
+
+def _physical(machine: DescribedMachine) -> Machine:
+    return machine.origin.ungrouped or machine
+
+
+def _reduced(whole: Subject, asked: Traced, within: Within, machine: Machine, progress: Progress) -> Reduction:
+    """The program of a function without the terms that its tolerances allow to leave out."""
+    program = whole.function.program
+    bound = ReducedErrors(whole, progress) if within.guaranteed is Guaranteed.PROVEN else None
+    try:
+        return reduce_program(
+            program,
+            whole.box.ranges,
+            tolerances_of(whole.function, within),
+            names=_names(program),
+            positions=POSITIONS,
+            confident=bound is None,
+            bound=bound,
+        )
+    except ValueError as error:
+        raise machine.error("scene, within", f"{whole.function.name}: {error}") from None
+
+
+def tolerances_of(function: Function, within: Within) -> dict[str, list[Tolerance]]:
+    """The tolerance of each entry of each result: that of its joint, of the result, or of all; else none."""
+    found: dict[str, list[Tolerance]] = {result.name: [] for result in function.results}
+    for name, entry in labels(function):
+        found[name].append(within.of(name, entry.partition(",")[0]) or Tolerance(0.0))
+    return found
+
+
+def _names(program: Program) -> Names:
+    """The names of the quantities of a program, and the order of its sections."""
+    names = Names()
+    for statement in (*program.once, *program.statements):
+        names.reserve(statement.section)
+        if statement.name in program.quantities:
+            names.give(-statement.node if statement.negative else statement.node, statement.name, statement.section)
+    return names
+
+
+def _reports(
+    asked: Traced,
+    reduced: Traced,
+    made: Sequence[Reduction],
+    within: Within,
+    limits: Limits,
+    roundings: Sequence[Rounding],
+) -> list[ReducedModel]:
+    """What was left out of each function, and its errors in the box of the whole one."""
+    found = []
+    for whole, function, reduction in zip(asked.package.functions, reduced.package.functions, made, strict=True):
+        boxes = [subject_of(asked, None, limits, whole, rounding).box for rounding in roundings]
+        subjects = [Subject(function, box, rounding) for box, rounding in zip(boxes, roundings, strict=True)]
+        certificates = tuple(_total(certificate_of(one, asked.whole.name), reduction) for one in subjects)
+        found.append(ReducedModel(function.name, within, reduction, certificates))
+        _refuse_rounding(found[-1], reduced.whole)
+    return found
+
+
+def _total(certificate: Certificate, reduction: Reduction) -> Certificate:
+    """The certificate of a reduced program with the errors from the whole one."""
+    errors = {(one.output, one.index): one for one in reduction.errors}
+    pairs = zip(reduction.program.outputs, reduction.reduced.outputs, strict=True)
+    places = [
+        (whole.name, k, whole.entries[k] is left.entries[k]) for whole, left in pairs for k in range(len(whole.entries))
+    ]
+    entries = [
+        entry if same else _with_left_out(entry, errors.get((name, k)))
+        for entry, (name, k, same) in zip(certificate.entries, places, strict=True)
+    ]
+    return replace(certificate, entries=tuple(entries))
+
+
+def _with_left_out(entry: EntryBound, left_out: EntryError | None) -> EntryBound:
+    """The rounding error of an entry, and what terms left out add to it."""
+    if left_out is None:
+        return entry
+    proven = math.inf if left_out.bounded is None else left_out.bounded
+    likely = min(proven, math.inf if left_out.confident is None else left_out.confident)
+    return replace(entry, error=_up(entry.error + proven), likely=_up(entry.likely + likely))
+
+
+def _up(x: float) -> float:
+    return float(np.nextafter(x, np.inf)) if x else 0.0
+
+
+SHARE_OF_ROUNDING = 1e-3
+"""Of the tolerance: what rounding may add to it, as it does in double precision."""
+
+
+def _refuse_rounding(one: ReducedModel, machine: Machine) -> None:
+    """Raise `InputError` where rounding and what is left out are more than the tolerance together."""
+    errors = {(error.output, error.index): error for error in one.reduction.errors}
+    names = [(output.name, k) for output in one.reduction.program.outputs for k in range(len(output.entries))]
+    for certificate in one.certificates:
+        for entry, place in zip(certificate.entries, names, strict=True):
+            allowed = errors[place].tolerance if place in errors else math.inf
+            total = min(entry.error, entry.likely)
+            if allowed and total > allowed * (1 + SHARE_OF_ROUNDING):
+                off = f"{entry.name}[{entry.entry}] would be {total:.2g} off in {certificate.precision} precision"
+                raise machine.error("scene, within", f"{off}, {allowed:.2g} is allowed: choose a higher precision")
+
+
+def _without_parameters(
+    machine: DescribedMachine, scene: Scene, trace: Trace, asked: Traced, roundings: Sequence[Rounding]
+) -> tuple[Traced, list[ReducedModel]]:
+    """The models of the machine with those parameters zero that its tolerance allows."""
+    if len(asked.models) != 1:
+        what = 'parameters are left out of one model at a time: ask for one, or keep = "terms"'
+        raise machine.error("scene, keep", what)
+    freed = with_free_numbers(machine, FREED, reserved_words())
+    free = trace(freed, replace(scene, fold=()))
+    (function,) = free.package.functions
+    values = {
+        p.name: p.value.value() for p in freed.parameters if p.value is not None and p.name in function.program.used
+    }
+    inertia = trace(freed, replace(scene, models=("inertia_matrix",), outputs={}, fold=()))
+    whole = subject_of(free, _physical(machine), machine.limits, function, roundings[0])
+    bound = ReducedErrors(whole) if scene.within.guaranteed is Guaranteed.PROVEN else None
+    try:
+        reduction = without_parameters(
+            function.program,
+            {name: found for name, found in whole.box.ranges.items() if name not in values},
+            tolerances_of(function, scene.within),
+            {name: x for name, x in values.items() if x},
+            inertia=inertia.package.functions[0].program,
+            names=_names(function.program),
+            positions=POSITIONS,
+            confident=bound is None,
+            bound=bound,
+        )
+    except ValueError as error:
+        raise machine.error("scene, within", str(error)) from None
+    zero = {one.term for one in reduction.left_out}
+    parameters = tuple(replace(p, value=ZERO) if p.name in zero else p for p in freed.parameters)
+    reduced = trace(replace(freed, parameters=parameters), scene)
+    counted = replace(reduction, program=asked.models[0].program, reduced=reduced.models[0].program)
+    return reduced, _reports(asked, reduced, [counted], scene.within, machine.limits, roundings)
+
+
+def certificates_of(found: Sequence[ReducedModel], machine: str) -> Certificates:
+    """The certificates of reduced models, with the errors from the whole ones."""
+    return Certificates(machine, tuple(each for one in found for each in one.certificates))
+
+
+def said(one: ReducedModel) -> str:
+    """What is left out of a model, in a sentence."""
+    kept = "whole parameters" if one.within.keep is Keep.PARAMETERS else "terms"
+    changes = len(one.reduction.left_out)
+    return (
+        f"{one.headline}; {changes} {kept if changes != 1 else kept.removesuffix('s')} left out. Errors are those from "
+        "the whole model, rounding among them."
+    )
