@@ -28,7 +28,7 @@ declare(
     Field("within", lambda one: {name or "all": str(x) for name, x in one.within.tolerances.items()}),
     Field("operations", lambda one: dict(zip(("whole", "left"), one.operations, strict=True))),
     Field("left_out", lambda one: [change.term for change in one.reduction.left_out]),
-    Field("certificates"),
+    Field("certificates", lambda one: [certificate.as_json() for certificate in one.certificates]),
 )
 
 

@@ -1,0 +1,183 @@
+"""Models within a tolerance: errors are never above what is said, and what is lost is said."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symoro_elastic as se
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.generation.reduced import ReducedModel, reduced_models
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.machine.within import Guaranteed, Keep, Within, tolerance
+from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
+from symoro_elastic.symbolic.arithmetic import evaluate
+from tests.command_line import refused, run
+from tests.numerics.guarantees.boxes import limits_of_test
+from tests.references.random_machines import chain, random_machine
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PLANAR = EXAMPLES / "planar_2r.toml"
+FLOATS = arithmetic(np.float64)
+
+
+def limited(machine: Machine) -> DescribedMachine:
+    return replace(DescribedMachine.of(machine), limits=limits_of_test(machine, 0.4))
+
+
+def within(text: str, **more: object) -> Within:
+    return replace(Within({"": tolerance(text)}), **more)
+
+
+def reduced(machine: DescribedMachine, model: str, asked: Within) -> ReducedModel:
+    scene = Scene(models=(model,), within=asked)
+    return reduced_models(machine, scene, programs, [ROUNDINGS["double"]])[1][0]
+
+
+def worst_errors(one: ReducedModel, seed: int, states: int = 60_000) -> np.ndarray:
+    """The largest error of each entry at states that no search has seen, and where climbing leads from the worst."""
+    box, rng = one.certificates[0].box, np.random.default_rng(seed)
+    pairs = [[x for o in p.outputs for x in o.entries] for p in (one.reduction.program, one.reduction.reduced)]
+
+    def errors(at: Mapping[str, np.ndarray]) -> np.ndarray:
+        count = len(next(iter(at.values())))
+        whole, left = (evaluate(roots, at, FLOATS) for roots in pairs)
+        found = [whole(x) - left(y) for x, y in zip(*pairs, strict=True)]
+        return np.array([np.broadcast_to(np.abs(x), count) for x in found])
+
+    at = box.states(states, rng)
+    found = errors(at)
+    worst = found.max(axis=1)
+    here = {name: x[found.argmax(axis=1)] for name, x in at.items()}
+    for step in np.geomspace(0.3, 1e-3, 30):
+        moved = {}
+        for name, x in here.items():
+            low, high = box.ranges[name].low, box.ranges[name].high
+            change = rng.normal(size=len(x)) * step * (high - low) * (rng.random(len(x)) < 0.4)
+            moved[name] = np.clip(x + change, low, high)
+        now = np.diagonal(errors(moved))
+        better = now > worst
+        worst = np.maximum(worst, errors(moved).max(axis=1))
+        here = {name: np.where(better, moved[name], x) for name, x in here.items()}
+    return worst
+
+
+CASES = {
+    "inverse of a planar arm": ("planar", "inverse_dynamics", "20 %"),
+    "direct of a planar arm": ("planar", "direct_dynamics", "2 %"),
+    "inverse of an elastic chain": ("chain", "inverse_dynamics", "0.5 %"),
+    "inertia matrix of a tree": ("tree", "inertia_matrix", "1 %"),
+}
+MACHINES = {
+    "planar": lambda: se.read(PLANAR),
+    "chain": lambda: limited(chain(3, elastic=(2,), prismatic=(3,), symbolic=False)),
+    "tree": lambda: limited(random_machine(11, joints=5, kinds=("motor",))),
+}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("guaranteed", list(Guaranteed))
+def test_errors_are_never_above_what_is_said(case: str, guaranteed: Guaranteed) -> None:
+    machine, model, text = CASES[case]
+    one = reduced(MACHINES[machine](), model, within(text, guaranteed=guaranteed))
+    worst = worst_errors(one, 5)
+    allowed = {(error.output, error.index): error.tolerance for error in one.reduction.errors}
+    places = [(o.name, k) for o in one.reduction.program.outputs for k in range(len(o.entries))]
+    for entry, place, found in zip(one.certificates[0].entries, places, worst, strict=True):
+        said = entry.error if guaranteed is Guaranteed.PROVEN else entry.likely
+        assert found <= said, entry
+        assert said <= allowed.get(place, 0) * 1.001 + 1e-12 or place not in allowed, entry
+    whole, left = one.operations
+    assert left < whole
+
+
+def test_the_box_is_that_of_the_whole_model() -> None:
+    """A variable that only left-out terms depend on is still limited: the guarantee is for its range."""
+    one = reduced(se.read(PLANAR), "inverse_dynamics", within("60 %"))
+    assert one.reduction.reduced.used < one.reduction.program.used
+    assert one.reduction.program.used <= one.certificates[0].box.ranges.keys()
+
+
+def test_tolerances_by_joint_and_result() -> None:
+    asked = Within({"shoulder": tolerance("20 %"), "qdd": tolerance(1e-9)})
+    one = reduced(se.read(PLANAR), "inverse_dynamics", asked)
+    entries = {entry.entry: entry for entry in one.certificates[0].entries if entry.name == "tau"}
+    assert entries["elbow"].likely < 1e-12
+    assert 1e-6 < entries["shoulder"].likely <= 0.2 * entries["shoulder"].magnitude
+
+
+def test_parameters_keep_the_structure() -> None:
+    """Whole parameters are zero: the inertia matrix stays symmetric to rounding, and its determinant positive."""
+    machine = se.read(EXAMPLES / "puma560_measured.toml", base=True)
+    one = reduced(machine, "inertia_matrix", within("2 %", keep=Keep.PARAMETERS))
+    assert one.reduction.left_out
+    program = one.reduction.reduced
+    states = one.certificates[0].box.states(200, np.random.default_rng(1))
+    value = evaluate(program.outputs[0].entries, states, FLOATS)
+    entries = [np.broadcast_to(value(x), 200) for x in program.outputs[0].entries]
+    A = np.array(entries).reshape(6, 6, 200).transpose(2, 0, 1)
+    assert np.abs(A - A.transpose(0, 2, 1)).max() < 1e-15
+    assert np.linalg.eigvalsh(A).min() > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--within", "0"), "--within: 0 is not above zero"),
+        (("--within", "a%"), "--within: 'a' is a name"),
+        (("--within", "taus=1%"), "scene, within: there is no result or joint 'taus'; did you mean 'tau'?"),
+        (("--keep", "terms"), "--keep: belongs to a tolerance: add --within, or leave it out"),
+        (("--within", "1%", "--keep", "all"), "--keep"),
+        (("--within", "1%", "--within", "2%"), "--within: a tolerance for all is given twice: keep one"),
+        (("--within", "1%", "--target", "fmu"), "an FMU has models of its own, which are whole"),
+        (("--within", "1%", "--keep", "parameters"), "one model at a time"),
+        (("--within", "1e-9", "--precision", "single"), "in single precision"),
+    ],
+)
+def test_what_cannot_be_is_refused(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
+    assert said in refused("generate", PLANAR, *arguments, "--out", tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_steps_and_missing_values_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="time steps are those of the whole model"):
+        se.generate(PLANAR, out=tmp_path, within="1 %", steps=["w3"])
+    with pytest.raises(InputError, match="XX1 has no value"):
+        se.generate(EXAMPLES / "rx90.par", out=tmp_path, within="1 %")
+
+
+def test_the_scene_asks_for_it_and_the_code_says_it(tmp_path: Path) -> None:
+    scene = {"models": ["inverse_dynamics"], "within": {"tau": "5 %"}}
+    made = se.generate(PLANAR, out=tmp_path, scene=scene)
+    text = (tmp_path / "planar_2r" / "planar_2r.h").read_text(encoding="utf-8")
+    whole, left = made.reduced[0].operations
+    assert left < whole
+    for said in (f"{left} of {whole} operations", "the whole model", "with 95% confidence", "in_box"):
+        assert said in " ".join(text.replace("*", " ").split()), said
+    data = json.loads(json.dumps(made.as_json()))
+    assert data["reduced"]["inverse_dynamics"]["operations"] == {"whole": whole, "left": left}
+
+
+def test_the_same_bytes_each_time(tmp_path: Path) -> None:
+    for folder in "ab":
+        run("generate", PLANAR, "--model", "inverse_dynamics", "--within", "5%", "--out", tmp_path / folder)
+    first, second = ((tmp_path / folder / "planar_2r" / "planar_2r.c").read_bytes() for folder in "ab")
+    assert first == second
+
+
+def test_models_that_are_exact_stay_as_they_are(tmp_path: Path) -> None:
+    se.generate(PLANAR, "inverse_dynamics", out=tmp_path / "whole", fold=[ALL])
+    se.generate(PLANAR, "inverse_dynamics", out=tmp_path / "within", within=1e-13)
+    name = "_inverse_dynamics.py"
+    first, second = ((tmp_path / folder / "planar_2r" / name).read_text() for folder in ("whole", "within"))
+    assert first == second
