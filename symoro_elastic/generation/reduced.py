@@ -32,6 +32,7 @@ from symoro_elastic.numerics.guarantees.of_reduced import ReducedErrors
 from symoro_elastic.numerics.guarantees.running_error import Rounding
 from symoro_elastic.numerics.within.reduction import reduce_program, without_parameters
 from symoro_elastic.numerics.within.results import EntryError, Reduction
+from symoro_elastic.numerics.within.structure import STATES, LostStructure, lost_structure
 from symoro_elastic.symbolic.program import Names, Program
 
 POSITIONS = tuple(name for name, quantity in LIMITED.items() if quantity == POSITION)
@@ -42,12 +43,16 @@ Trace = Callable[[Machine, Scene], Traced]
 
 @dataclass(frozen=True, repr=False)
 class ReducedModel(Result):
-    """A model within a tolerance: what was left out, and its errors; certificates have the total, rounding included."""
+    """A model within a tolerance: what was left out, and its errors; certificates have the total, rounding included.
+
+    `lost` is what an inverse model has lost of its structure, where single terms were left out.
+    """
 
     model: str
     within: Within
     reduction: Reduction
     certificates: tuple[Certificate, ...]
+    lost: LostStructure | None = None
 
     @property
     def operations(self) -> tuple[int, int]:
@@ -159,7 +164,9 @@ def _reports(
         boxes = [subject_of(asked, None, limits, whole, rounding).box for rounding in roundings]
         subjects = [Subject(function, box, rounding) for box, rounding in zip(boxes, roundings, strict=True)]
         certificates = tuple(_total(certificate_of(one, asked.whole.name), reduction) for one in subjects)
-        found.append(ReducedModel(function.name, within, reduction, certificates))
+        terms = within.keep is Keep.TERMS and bool(reduction.left_out)
+        lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if terms else None
+        found.append(ReducedModel(function.name, within, reduction, certificates, lost))
         _refuse_rounding(found[-1], reduced.whole)
     return found
 
@@ -254,7 +261,12 @@ def said(one: ReducedModel) -> str:
     """What is left out of a model, in a sentence."""
     kept = "whole parameters" if one.within.keep is Keep.PARAMETERS else "terms"
     changes = len(one.reduction.left_out)
-    return (
-        f"{one.headline}; {changes} {kept if changes != 1 else kept.removesuffix('s')} left out. Errors are those from "
-        "the whole model, rounding among them."
+    left_out = f"{one.headline}; {changes} {kept if changes != 1 else kept.removesuffix('s')} left out. "
+    errors = "Errors are those from the whole model, rounding among them."
+    if one.lost is None:
+        return left_out + errors
+    structure = (
+        f" The inertia matrix is asymmetric by {one.lost.asymmetry:.1g} of its largest entry, and up to "
+        f"{one.lost.power:.2g} of {one.lost.largest_power:.2g} W are made from nothing, at {STATES} drawn states."
     )
+    return left_out + errors + structure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from symoro_elastic.codegen.package_context import count_json, operations
@@ -27,6 +28,7 @@ declare(
     ReducedModel,
     Field("within", lambda one: {name or "all": str(x) for name, x in one.within.tolerances.items()}),
     Field("operations", lambda one: dict(zip(("whole", "left"), one.operations, strict=True))),
+    Field("lost", lambda one: one.lost and asdict(one.lost)),
     Field("left_out", lambda one: [change.term for change in one.reduction.left_out]),
     Field("certificates", lambda one: [certificate.as_json() for certificate in one.certificates]),
 )

@@ -20,6 +20,7 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.machine.within import Guaranteed, Keep, Within, tolerance
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
+from symoro_elastic.numerics.within.structure import STATES, _Inverse, lost_structure
 from symoro_elastic.symbolic.arithmetic import evaluate
 from tests.command_line import refused, run
 from tests.numerics.guarantees.boxes import limits_of_test
@@ -116,6 +117,7 @@ def test_tolerances_by_joint_and_result() -> None:
     assert 1e-6 < entries["shoulder"].likely <= 0.2 * entries["shoulder"].magnitude
 
 
+@pytest.mark.thorough
 def test_parameters_keep_the_structure() -> None:
     """Whole parameters are zero: the inertia matrix stays symmetric to rounding, and its determinant positive."""
     machine = se.read(EXAMPLES / "puma560_measured.toml", base=True)
@@ -181,3 +183,28 @@ def test_models_that_are_exact_stay_as_they_are(tmp_path: Path) -> None:
     name = "_inverse_dynamics.py"
     first, second = ((tmp_path / folder / "planar_2r" / name).read_text() for folder in ("whole", "within"))
     assert first == second
+
+
+@pytest.mark.thorough
+def test_lost_structure_is_measured() -> None:
+    """Of the whole model nothing is lost; a term of the upper triangle alone is asymmetric, a dropped c has power."""
+    machine = se.read(EXAMPLES / "puma560_measured.toml", base=True)
+    one = reduced(machine, "inverse_dynamics", within("1 %"))
+    whole, box = one.reduction.program, one.certificates[0].box
+    nothing = lost_structure(whole, whole, box)
+    assert nothing and nothing.asymmetry < 1e-14 and nothing.power == 0
+    assert one.lost and 1e-5 < one.lost.asymmetry < 0.05
+    assert 1e-3 < one.lost.power < 0.1 * one.lost.largest_power
+
+
+@pytest.mark.thorough
+def test_the_balance_of_power_holds_for_whole_models() -> None:
+    """qd' c = 1/2 qd' Ad qd where there is no friction."""
+    machine = se.read(EXAMPLES / "puma560_measured.toml")
+    program = programs(machine, Scene(models=("inverse_dynamics",))).package.functions[0].program
+    inputs = {argument.name: argument.symbols for argument in program.inputs}
+    box = reduced(machine, "inverse_dynamics", within("50 %")).certificates[0].box
+    states = {name: np.zeros(STATES) for symbols in inputs.values() for name in symbols}
+    states |= box.states(STATES, np.random.default_rng(3))
+    model = _Inverse(program, inputs)
+    assert np.abs(model.power_balance(states)).max() < 1e-7 * np.abs(model.power(states)).max()
