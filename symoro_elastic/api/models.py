@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from symoro_elastic.api.checked_calls import COMMAND
 from symoro_elastic.api.declaration import operation, operation_on_models
+from symoro_elastic.api.hulls import limited
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Certifying, Checking, Generating, Trading, Writing
 from symoro_elastic.api.rows import EFFORTS, MachineLike, Values, certified_names
@@ -32,6 +33,7 @@ from symoro_elastic.numerics.values import NoValues
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.trade_off.trade import Trade
+    from symoro_elastic.machine.described import DescribedMachine
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.scene import Scene
     from symoro_elastic.numerics.guarantees.certificates import Certificates
@@ -63,9 +65,10 @@ class Build:
     tools: ToolChain | None
     unit: fmu.Options
 
-    def written(self, machine: Machine, scene: Scene, options: Generating) -> Generated:
+    def written(self, machine: DescribedMachine, scene: Scene, options: Generating) -> Generated:
         """Write the models that a scene asks of a machine, and return what was written."""
         precisions = [PRECISIONS[name] for name in self.precisions or (DOUBLE.name,)]
+        machine = limited(machine, options.limits, options.scene)
         return pipeline.generate(
             machine, scene, self.targets, Path(options.out), options.announce, precisions, self.tools, self.unit,
             options.certify,
@@ -144,7 +147,7 @@ def certify(machine: MachineLike, options: Certifying) -> Certificates:
     """
     from symoro_elastic.numerics.guarantees.certificates import Effort
 
-    whole = the_machine(machine)
+    whole = limited(the_machine(machine), options.limits, options.scene)
     precisions = [PRECISIONS[name] for name in among(options.precisions, [*certified_names()], "--precision")]
     effort = Effort(options.sub_boxes, options.seed, options.progress, options.polynomials)
     scene = scene_for(whole, options)

@@ -30,6 +30,7 @@ from symoro_elastic.api.rows import (
     guaranteed_names,
     kept_names,
     known_row,
+    limits_row,
     merge_angles_row,
     method_names,
     model_names,
@@ -142,6 +143,7 @@ class Generating(RequestedModels):
         "", "NAME", "What stands behind --within: {names} (default: confident, at unseen states).",
         names=guaranteed_names,
     )  # fmt: skip
+    limits: str = limits_row()
     certify: bool = switch(
         "Say in the code what it guarantees where joints are within their [limits], and write *_in_box, which tells "
         "whether arguments are."
@@ -175,6 +177,7 @@ class Certifying(RequestedModels):
     precisions: Sequence[str] = option(
         (), "NAME", "Precision that is certified: {names} (default: double).", kinds.TEXTS, names=certified_names
     )
+    limits: str = limits_row()
     sub_boxes: int = option(
         64, "N", "Parts that the box is cut into at most; more make bounds smaller.", kinds.WHOLE, least=1, most=4096
     )

@@ -64,6 +64,21 @@ def certified_names() -> Iterable[str]:
     return [name for name, precision in PRECISIONS.items() if not precision.is_pair]
 
 
+def limits_row() -> Any:
+    """Return the row of where the box of arguments comes from."""
+    return option(
+        "file", "NAME", "Where the box comes from: {names} (file: the [limits] of the machine; motion: the hull of the "
+        "scene's motions, simulated, and a tenth more).", names=box_names,
+    )  # fmt: skip
+
+
+def box_names() -> Iterable[str]:
+    """Return where the box of arguments may come from."""
+    from symoro_elastic.api.hulls import BOXES
+
+    return BOXES
+
+
 def kept_names() -> Iterable[str]:
     """Return what of a model may be kept where terms are left out."""
     from symoro_elastic.machine.within import Keep
