@@ -163,6 +163,7 @@ def test_zeros_of_the_table_that_are_sought_are_named(folder: Path, tmp_path: Pa
 
 def test_machines_without_motors_are_not_excited(tmp_path: Path) -> None:
     text = (EXAMPLES / "planar_2r.toml").read_text(encoding="utf-8").replace('kind = "motor"', 'kind = "passive"')
+    text = text.partition("[limits]")[0]
     (tmp_path / "passive.toml").write_text(text, encoding="utf-8")
     limits = ("--position", "-1:1", "--velocity", 1, "--acceleration", 5)
     line = refused("excite", tmp_path / "passive.toml", "--out", tmp_path / "e.csv", *limits)

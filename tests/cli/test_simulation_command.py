@@ -130,6 +130,10 @@ def test_identify_reads_what_is_written_and_finds_the_masses() -> None:
         "qdd_motor",
         "qdd_load",
         "tau_motor",
+        "power_motor",
+        "energy_kinetic",
+        "energy_gravity",
+        "energy_elastic",
     ]
     Path("drive.toml").write_text(MACHINE.replace("mass = 3", 'mass = "M1"').replace("M2 = 5", "M1 = 1\nM2 = 1"))
     text = run("identify", "drive.toml", "move.csv").stdout
