@@ -95,6 +95,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "MachinePage": lambda _: se.view(PLANAR),
     "MachinePicture": lambda _: se.picture(PLANAR),
     "Modes": lambda _: se.modes(DRIVE, hold=["all"]),
+    "ReducedModel": lambda folder: se.generate(PLANAR, "inverse_dynamics", within="20 %", out=folder).reduced[0],
     "Report": lambda _: se.report(PENDULUM),
     "Response": lambda _: se.response(DRIVE, inputs=["motor.tau"], outputs=["motor.q"]),
     "Simulation": lambda _: se.simulate(DRIVE, SCENE, method="w2", step=1e-3)[0],
