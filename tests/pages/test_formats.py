@@ -53,11 +53,12 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         yield from ((toml_keys.WITH_UNIT, p) for p in top["parameters"].values() if isinstance(p, dict))
         for section in toml_keys.OF_JOINTS:
             yield from ((toml_keys.section_of(section), entry) for entry in top.get(section, {}).values())
+        yield from ((toml_keys.LIMITS, entry) for entry in top.get("limits", {}).values())
         yield from ((toml_keys.LOOPS, entry) for entry in top.get("loops", {}).values())
         yield toml_keys.BASE, top.get("base", {})
         yield SCENE, top.get("scene", {})
         yield from of_motion(top)
-    yield SCENE, used("scenes/tool.toml")
+    yield SCENE, used("scenes/tool.toml") | used("scenes/puma_within.toml")
     yield from of_motion(used("scenes/two_axis_move.toml"))
 
 
@@ -82,7 +83,8 @@ def test_every_key_of_toml_stands_in_an_example() -> None:
 def test_every_key_of_scenes_stands_in_an_example() -> None:
     machine, _ = read_machine(EXAMPLES / "all_keys.toml")
     read_scene(EXAMPLES / "scenes" / "tool.toml", machine)
-    assert {*used("scenes/tool.toml")} == {*SCENE.names}
+    read_scene(EXAMPLES / "scenes" / "puma_within.toml", read_machine(EXAMPLES / "puma560_measured.toml")[0])
+    assert {*used("scenes/tool.toml"), *used("scenes/puma_within.toml")} == {*SCENE.names}
 
 
 def test_every_key_of_par_stands_in_an_example() -> None:

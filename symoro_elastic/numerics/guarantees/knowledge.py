@@ -10,9 +10,9 @@ import numpy as np
 from symoro_elastic.codegen.package import Function
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
-from symoro_elastic.models.catalogue import MODELS, trace_scene
+from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.models.model import Pivots
-from symoro_elastic.models.traced import Traced
+from symoro_elastic.models.traced import Traced, trace_models
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.loewner import schur_complements
@@ -69,7 +69,7 @@ class PivotKnowledge:
 def _inertia_matrix(asked: Traced) -> Program:
     """The program of the inertia matrix, parameters being symbols or numbers as in the models of the scene."""
     scene = replace(asked.scene, models=("inertia_matrix",), outputs={}, steps=())
-    return trace_scene(asked.whole, scene)[0].program
+    return trace_models(asked.whole, scene).models[0].program
 
 
 def _carries(machine: Machine, j: int, k: int) -> bool:

@@ -41,7 +41,7 @@ class LostStructure:
 
 
 def lost_structure(whole: Program, reduced: Program, box: Box, seed: int = 0) -> LostStructure | None:
-    """What is lost of the structure of an inverse model whose joints all have motors; None for other models."""
+    """What is lost of the structure of an inverse model whose joints all have motors; None for others."""
     inputs = {argument.name: argument.symbols for argument in whole.inputs}
     if {*inputs} != {"q", "qd", "qdd_motor"} or len({len(symbols) for symbols in inputs.values()}) != 1:
         return None
@@ -49,6 +49,8 @@ def lost_structure(whole: Program, reduced: Program, box: Box, seed: int = 0) ->
     states |= box.states(STATES, np.random.default_rng(seed))
     exact, left = (_Inverse(program, inputs) for program in (whole, reduced))
     A = left.inertia(states)
+    if not A.any():
+        return None
     made = left.power_balance(states) - exact.power_balance(states)
     return LostStructure(
         float(np.abs(A - A.transpose(1, 0, 2)).max() / np.abs(A).max()),
