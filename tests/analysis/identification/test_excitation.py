@@ -173,11 +173,14 @@ FEW = {"fundamental": 0.5, "harmonics": 3, "sample_rate": 200, "evaluations": 40
 
 def limited(folder: Path, torque: str = "") -> Path:
     """The machine with limits of its joints, and perhaps of a torque."""
-    text = TWO_R.read_text(encoding="utf-8")
-    head, scene, rest = text.partition("[scene]")
     file = folder / "limited.toml"
-    file.write_text(head + LIMITED.replace("TORQUE", torque) + scene + rest, encoding="utf-8")
+    file.write_text(without_limits() + LIMITED.replace("TORQUE", torque), encoding="utf-8")
     return file
+
+
+def without_limits() -> str:
+    """The text of the machine without its own limits, which stand at its end."""
+    return TWO_R.read_text(encoding="utf-8").partition("[limits]")[0]
 
 
 def test_what_no_option_gives_is_taken_from_the_limits_of_the_machine(tmp_path: Path) -> None:
@@ -194,7 +197,11 @@ def test_what_no_option_gives_is_taken_from_the_limits_of_the_machine(tmp_path: 
 
 
 def test_motors_without_limits_are_named_with_both_ways_out(tmp_path: Path) -> None:
-    message = refused("--position", "-1:1", "--out", tmp_path / "a.csv")
+    file = tmp_path / "free.toml"
+    file.write_text(without_limits(), encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        run("excite", file, "--position", "-1:1", "--out", tmp_path / "a.csv")
+    message = str(error.value)
     what = "give one for all, or shoulder=..., or velocity in [limits] of the machine"
     assert f"--velocity: no limit for shoulder, elbow: {what}" in message
 
