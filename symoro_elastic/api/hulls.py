@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from symoro_elastic.api.rows import SceneLike
+from symoro_elastic.api.rows import BOXES, OF_FILE, SceneLike
 from symoro_elastic.foundation.errors import among
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.limits import LIMITED, JointLimits, Limits, Range
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.simulation.simulated import Simulation
     from symoro_elastic.foundation.array_types import Array
 
-OF_FILE, OF_MOTION = "file", "motion"
-BOXES = (OF_FILE, OF_MOTION)
 WIDENED = 1.1
 """The hull of a motion is widened by this factor about its middle."""
 

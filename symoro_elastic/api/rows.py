@@ -64,6 +64,11 @@ def certified_names() -> Iterable[str]:
     return [name for name, precision in PRECISIONS.items() if not precision.is_pair]
 
 
+OF_FILE, OF_MOTION = "file", "motion"
+BOXES = (OF_FILE, OF_MOTION)
+"""Where the box of arguments may come from."""
+
+
 def limits_row() -> Any:
     """Return the row of where the box of arguments comes from."""
     return option(
@@ -74,8 +79,6 @@ def limits_row() -> Any:
 
 def box_names() -> Iterable[str]:
     """Return where the box of arguments may come from."""
-    from symoro_elastic.api.hulls import BOXES
-
     return BOXES
 
 
