@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from symoro_elastic.codegen.fixed_point import FixedPoint
 from symoro_elastic.codegen.guaranteed import Guaranteed
 from symoro_elastic.quantities import ON_BASE, Quantity
 from symoro_elastic.symbolic.expression import Operand
@@ -89,7 +90,8 @@ class Function:
     """A generated function; `constants` are named numbers that its statements may hold.
 
     `divides` tells that it divides by inertias, which may be zero somewhere; it needs `least_bits` of precision.
-    `guaranteed` is, by precision, what holds where its arguments are in a box, if that was asked for.
+    `guaranteed` is, by precision, what holds where its arguments are in a box, if that was asked for; `fixed` are the
+    scales of its numbers, if they are proven.
     """
 
     name: str
@@ -102,6 +104,7 @@ class Function:
     least_bits: int = 0
     constants: tuple[Constant, ...] = ()
     guaranteed: Mapping[str, Guaranteed] = field(default_factory=dict, repr=False)
+    fixed: FixedPoint | None = field(default=None, repr=False)
 
     @property
     def columns(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from symoro_elastic.codegen.embedded.tool_chain import ToolChain
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, Precision
-from symoro_elastic.codegen.targets import FMU, TARGETS, render_targets
+from symoro_elastic.codegen.targets import FMU, SCALED_TARGETS, TARGETS, render_targets
 from symoro_elastic.formats.format import Conversion
 from symoro_elastic.formats.reading import read
 from symoro_elastic.foundation.errors import InputError
@@ -33,7 +33,7 @@ from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import free_name, quote, why_no_machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict
-from symoro_elastic.machine.scene import AUTO, Scene
+from symoro_elastic.machine.scene import ALL, AUTO, Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
 from symoro_elastic.models.catalogue import expressions_of_scene as trace
 from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degeneracies
@@ -171,11 +171,13 @@ def generate(
     `InputError`; nothing is written then.
     """
     texts = [name for name in targets if name in TARGETS]
-    if scene.within and FMU in targets:
-        what = "an FMU has models of its own, which are whole: leave out the target, or within"
-        raise machine.error("scene, within", what)
-    scene, form = in_form(machine if texts else _of_unit(machine), scene, announce)
+    scaled = [name for name in targets if name in SCALED_TARGETS]
+    if scene.within and (FMU in targets or scaled):
+        what = "an FMU has models of its own, which are whole" if FMU in targets else f"{scaled[0]} has whole models"
+        raise machine.error("scene, within", f"{what}: leave out the target, or within")
+    scene, form = in_form(machine if texts or scaled else _of_unit(machine), scene, announce)
     made = [_code(machine, scene, texts, announce, precisions, tools, certify)] if texts else []
+    made += [_scaled(machine, scene, name, announce) for name in scaled]
     if FMU in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
     announce("write")
@@ -233,6 +235,20 @@ def _guaranteed(
     asked, reduced = reduced_models(DescribedMachine.of(machine), scene, programs, roundings)
     first = {one.model: said(one) for one in reduced}
     return asked, with_guarantees(asked.package, certificates_of(reduced, machine.name), first), reduced
+
+
+def _scaled(machine: Machine, scene: Scene, target: str, announce: Announce) -> _Made:
+    """The code of a target whose numbers have proven scales; parameters are constants. Raises `InputError`."""
+    from symoro_elastic.numerics.guarantees.fixed_point import with_scales
+
+    if scene.steps:
+        raise machine.error(f"--target {target}", "has no time steps: leave them out, or take another target")
+    asked = programs(machine, replace(scene, fold=ALL), announce)
+    announce("certify")
+    package = replace(with_scales(asked, DescribedMachine.of(machine).limits), source=asked.package.source)
+    announce("render")
+    files = SCALED_TARGETS[target].render(package, ())
+    return _Made(files, asked.models, _of_whole_machine(asked))
 
 
 def report(

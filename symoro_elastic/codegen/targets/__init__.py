@@ -11,15 +11,18 @@ from symoro_elastic.codegen.target import Target
 from symoro_elastic.codegen.targets import c, numpy
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
+from symoro_elastic.codegen.targets.c_fixed import C_FIXED
 from symoro_elastic.codegen.targets.cpp import CPP
 from symoro_elastic.codegen.targets.cuda import CUDA
 from symoro_elastic.codegen.targets.matlab import MATLAB
 from symoro_elastic.codegen.targets.numpy import NUMPY
 
 TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BATCH, CPP, MATLAB, CUDA)}
+SCALED_TARGETS: dict[str, Target] = {target.name: target for target in (C_FIXED,)}
+"""Targets that need packages with scales, which `numerics` proves for the limits of a machine."""
 FMU = "fmu"
 """The target that needs the machine itself: `generation` writes it."""
-TARGET_NAMES = (*TARGETS, FMU)
+TARGET_NAMES = (*TARGETS, *SCALED_TARGETS, FMU)
 """All that `--target` takes."""
 DEFAULT_TARGETS = (NUMPY.name, C.name)
 RESERVED: frozenset[str] = frozenset().union(*(target.reserved for target in TARGETS.values()))

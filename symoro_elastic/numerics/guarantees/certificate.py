@@ -160,7 +160,11 @@ def certify(
     progress: Progress = no_progress,
 ) -> Certificate:
     """What a function guarantees over its box, which is cut into at most so many sub-boxes."""
-    parts = _cut(subject, most_sub_boxes, progress)
+    return certificate_over(subject, machine, sub_boxes_of(subject, most_sub_boxes, progress), seed)
+
+
+def certificate_over(subject: Subject, machine: str, parts: Parts, seed: int = 0) -> Certificate:
+    """What a function guarantees over its box, from these sub-boxes of it."""
     bounds = subject.bounds(parts)
     errors = np.max(subject.errors(bounds), axis=1) if subject.results else np.empty(0)
     likely = _likely(subject, np.random.default_rng(seed))
@@ -182,8 +186,8 @@ def certify(
     )
 
 
-def _cut(subject: Subject, most: int, progress: Progress) -> Parts:
-    """The sub-boxes in which errors are bounded."""
+def sub_boxes_of(subject: Subject, most: int, progress: Progress = no_progress) -> Parts:
+    """The sub-boxes in which errors are bounded, at most so many."""
     parts = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used).whole
     names = [name for name in parts if name in subject.box.positions and name in subject.box.open]
     return cut(parts, names, lambda tried: subject.errors(subject.bounds(tried), adjoints=False), most, progress)

@@ -26,7 +26,7 @@ def with_guarantees(package: Package, certificates: Certificates, first: Mapping
         replace(
             function,
             guaranteed={
-                one.precision: _guaranteed(package, function, one, first.get(function.name, ""))
+                one.precision: guaranteed(package, function, one, first.get(function.name, ""))
                 for one in certificates.of(function.name)
             },
         )
@@ -35,19 +35,22 @@ def with_guarantees(package: Package, certificates: Certificates, first: Mapping
     return replace(package, functions=tuple(functions))
 
 
-def _guaranteed(package: Package, function: Function, one: Certificate, first: str) -> Guaranteed:
+def guaranteed(
+    package: Package, function: Function, one: Certificate, first: str = "", rests_on: str = RESTS_ON
+) -> Guaranteed:
+    """The box of a function, and what a certificate says of it in sentences, after `first` and before `rests_on`."""
     ranges = one.box.ranges
     entries = [(a.name, k, name) for a in function.program.inputs for k, name in enumerate(a.symbols)]
     entries += [("p", k, parameter.name) for k, parameter in enumerate(package.parameters)]
     limited = [(argument, k, ranges[name]) for argument, k, name in entries if name in ranges]
     return Guaranteed(
         tuple(EntryRange(argument, k, found.low, found.high) for argument, k, found in limited),
-        (*filter(None, (first,)), *_sentences(one)),
+        (*filter(None, (first,)), *_sentences(one), rests_on),
     )
 
 
 def _sentences(one: Certificate) -> Iterator[str]:
-    """Box, bounds of each entry, divisors, range of numbers, and what the proof rests on."""
+    """Box, bounds of each entry, divisors, range of numbers."""
     yield f"Guarantees in box {one.box.digest}, {one.precision} precision, SI units; *_in_box tells what is in it:"
     for name in one.box.open:
         yield f"  {name}: {one.box.ranges[name].low!r} to {one.box.ranges[name].high!r}"
@@ -55,7 +58,6 @@ def _sentences(one: Certificate) -> Iterator[str]:
         yield f"{entry.name}[{entry.entry}]: {_bounds(entry)}"
     said = f"{divisors(one)}; {overflow(one)}."
     yield said[0].upper() + said[1:]
-    yield RESTS_ON
 
 
 def _bounds(entry: EntryBound) -> str:

@@ -66,6 +66,10 @@ class Rounding:
         """Whether angles have another precision than the rest."""
         return self.u != self.u_angle
 
+    def error_of_constant(self, x: Constant) -> Array:
+        """How far a number of the text is off."""
+        return constant_error(x, self)
+
 
 U_DOUBLE, U_SINGLE = 2.0**-53, 2.0**-24
 ROUNDINGS: Mapping[str, Rounding] = {
@@ -100,7 +104,7 @@ class Bounds:
 
     def error_of(self, x: Operand) -> Array:
         """How far the computed value of a node or a constant is off."""
-        return self.error[x.id] if type(x) is Expression else constant_error(x, self.rounding)
+        return self.error[x.id] if type(x) is Expression else self.rounding.error_of_constant(x)
 
     def computed(self, x: Operand) -> Interval:
         """The values of a node or a constant as the program computes it."""
@@ -128,7 +132,7 @@ def running_errors(
     of_angles = Bounds(ROUNDINGS[DOUBLE.name], shape, bounds.range, {}, {})
     with np.errstate(all="ignore"):
         for node in nodes:
-            found = _range(node, bounds, box)
+            found = range_of_node(node, bounds, box)
             bounds.range[node.id] = (known or {}).get(node.id, _itself)(found)
             if rounding.is_mixed and node.id in angles:
                 _add_error(node, of_angles, of_angles, False)
@@ -140,7 +144,8 @@ def _itself(found: Interval) -> Interval:
     return found
 
 
-def _range(node: Expression, bounds: Bounds, box: Mapping[str, Interval]) -> Interval:
+def range_of_node(node: Expression, bounds: Bounds, box: Mapping[str, Interval]) -> Interval:
+    """The values of a node in exact arithmetic, from those of its operands."""
     if node.operation == SYMBOL:
         return box[node.operands[0]]
     if node.level == Level.CONSTANT:
@@ -168,7 +173,7 @@ def _add_error(node: Expression, bounds: Bounds, angles: Bounds, narrows: bool) 
     source = angles if of_circle and node.operands[0].id in angles.error else bounds
     errors = [source.error_of(x) for x in node.operands]
     ranges = [bounds.range_of(x) for x in node.operands]
-    passed = _PASSED[node.operation](z, ranges, errors)
+    passed = PASSED[node.operation](z, ranges, errors)
     local = _local(node, z.magnitude + passed, bounds.rounding)
     if source.rounding.u < u:
         local = local + OF_CIRCLE * source.rounding.u
@@ -259,7 +264,7 @@ def _of_sign(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
     return np.where((e[0] > 0) & (x[0].least_magnitude <= e[0]), 2.0, 0.0)
 
 
-_PASSED: Mapping[str, Passed] = {
+PASSED: Mapping[str, Passed] = {
     ADD: _of_sum,
     SUBTRACT: _of_sum,
     NEGATE: _of_circle,
@@ -271,3 +276,4 @@ _PASSED: Mapping[str, Passed] = {
     ATAN2: _of_arc,
     SIGN: _of_sign,
 }
+"""What each operation makes of the errors of its operands."""

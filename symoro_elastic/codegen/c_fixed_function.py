@@ -1,0 +1,325 @@
+"""One model as C in fixed point: whole numbers, products of 64 bits, shifts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from symoro_elastic.codegen.body import C, Writer
+from symoro_elastic.codegen.c_lines import INDENT, statement, with_arguments
+from symoro_elastic.codegen.c_printers import angles_of
+from symoro_elastic.codegen.fixed_point import (
+    OF_CIRCLE,
+    PI,
+    TURN_BITS,
+    FixedPoint,
+    number_of,
+    power_of_two,
+    quantized,
+    symbols_of,
+    turn_factor,
+    unit_of_turn,
+)
+from symoro_elastic.codegen.guaranteed import EntryRange
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.package_context import function_context
+from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
+from symoro_elastic.symbolic.expression import Expression, Operand
+from symoro_elastic.symbolic.operations import ADD, MULTIPLY, NEGATE, SIGN, SIN, SUBTRACT, SYMBOL
+from symoro_elastic.symbolic.program import Statement
+
+
+class FixedPrinter(Printer):
+    """Expressions on whole numbers, each in units of its own; `called` are the functions that they need."""
+
+    def __init__(self, function: Function, fixed: FixedPoint, name: str) -> None:
+        super().__init__(function.program)
+        self.fixed, self.name = fixed, name
+        self.angles = {angle.id: k for k, angle in enumerate(angles_of(function.program))}
+        self.called: set[str] = set()
+
+    def bits(self, x: Operand) -> int:
+        """The bits behind the binary point of an operand."""
+        number = number_of(x)
+        if number is not None:
+            return quantized(number).bits
+        return self.fixed.bits[x.id] if isinstance(x, Expression) else OF_CIRCLE
+
+    def text(self, x: Operand) -> Text:
+        """An operand in its own units."""
+        number = number_of(x)
+        return super().text(x) if number is None else self.whole(quantized(number).value)
+
+    def whole(self, value: int) -> Text:
+        """A whole number."""
+        return Text(value < 0, str(abs(value)), ATOM)
+
+    def operation(self, node: Expression, flipped: bool = False) -> Text:
+        """The operation of a node written out, its sign reversed when `flipped`."""
+        if node.operation in (SYMBOL, NEGATE):
+            return super().operation(node, flipped)
+        if node.operation in (ADD, SUBTRACT):
+            first, second = (self.aligned(x, self.bits(node)) for x in node.operands)
+            return self.operators[node.operation](flipped, first, second)
+        if node.operation == MULTIPLY:
+            return self.product(node, flipped)
+        if node.operation == SIGN:
+            return self.made(flipped, "sign", self.text(node.operands[0]).signed())
+        return self.circle(node, flipped)
+
+    def aligned(self, x: Operand, bits: int) -> Text:
+        """An operand with fewer bits, rounded to nearest; a product that has no name is rounded once only."""
+        number = number_of(x)
+        if number is not None:
+            return self.whole(quantized(number, bits).value)
+        if isinstance(x, Expression) and x.id not in self.variables and x.operation == MULTIPLY:
+            return self.product(x, False, self.bits(x) - bits)
+        found, shift = self.text(x), self.bits(x) - bits
+        if not shift:
+            return found
+        return self.made(found.negative, "shifted", found.text, f"{min(shift, 31)}U")
+
+    def product(self, node: Expression, flipped: bool, fewer: int = 0) -> Text:
+        """A product with `fewer` bits than its own; one by a power of two has the integer of its factor."""
+        x, y = node.operands
+        first, second = self.text(x), self.text(y)
+        if power_of_two(y) is not None:
+            negative = first.negative != (second.negative != flipped)
+            return self.made(negative, "shifted", first.text, f"{min(fewer, 31)}U") if fewer else Text(negative, *first[1:])
+        shift = min(self.bits(x) + self.bits(y) - self.bits(node) + fewer, 62)
+        negative = (first.negative != second.negative) != flipped
+        if not shift:
+            return Text(negative, f"{first.factor(PRODUCT)}*{second.factor(ATOM)}", PRODUCT)
+        return self.made(negative, "product", first.text, second.text, f"{shift}U")
+
+    def circle(self, node: Expression, flipped: bool) -> Text:
+        """A sine or cosine: an entry of an array where its angle is given."""
+        angle = node.operands[0]
+        if angle.id in self.angles:
+            array = "sine" if node.operation == SIN else "cosine"
+            return Text(flipped, f"{array}[{self.angles[angle.id]}]", ATOM)
+        return self.made(flipped, "sine" if node.operation == SIN else "cosine", self.angle(angle))
+
+    def angle(self, x: Expression) -> str:
+        """An angle as a part of a turn."""
+        if x.id in self.fixed.turns:
+            return self.turn(x).signed()
+        factor = turn_factor(self.bits(x))
+        return self.made(False, "turns", self.text(x).signed(), str(factor.value), f"{factor.bits}U").text
+
+    def turn(self, x: Expression) -> Text:
+        """A sum of parts of a turn, which wraps around."""
+        if x.operation == SYMBOL:
+            return Text(False, f"(uint32_t){x.operands[0]}", ATOM)
+        if x.operation == MULTIPLY:
+            inner, times = self.turn(x.operands[0]), int(x.operands[1])
+            return Text(inner.negative != (times < 0), f"{abs(times)}U*{inner.factor(ATOM)}", PRODUCT)
+        return self.operators[x.operation](False, *(self.turn(y) for y in x.needs))
+
+    def made(self, negative: bool, function: str, *arguments: str) -> Text:
+        """A call of one of the functions of the file."""
+        self.called.add(function)
+        return Text(negative, f"{self.name}_{function}({', '.join(arguments)})", ATOM)
+
+
+@dataclass(frozen=True)
+class FixedArray:
+    """An array of a function: name, size as C says it, the unit of each entry, and the bits that make it.
+
+    Bits are None of an entry that is not used, `TURN_BITS` with `turns` True of a part of a turn.
+    """
+
+    name: str
+    size: str
+    bits: tuple[int | None, ...]
+    turns: tuple[bool, ...]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The units as numbers of C, SI; 0 of what is not used."""
+        pairs = zip(self.bits, self.turns, strict=True)
+        return tuple(
+            repr(unit_of_turn()) if turns else "0.0" if bits is None else repr(math.ldexp(1.0, -bits))
+            for bits, turns in pairs
+        )
+
+    @property
+    def described(self) -> str:
+        """The units in words."""
+        parts = [
+            f"{self.name}[{k}] " + (f"2^-{TURN_BITS} turn" if turns else "not used" if bits is None else f"2^{-bits}")
+            for k, (bits, turns) in enumerate(zip(self.bits, self.turns, strict=True))
+        ]
+        return ", ".join(parts)
+
+
+@dataclass(frozen=True)
+class FixedText:
+    """What the templates are given of a model."""
+
+    name: str
+    title: str
+    counts: str
+    documented: tuple[str, ...]
+    arguments: tuple[FixedArray, ...]
+    results: tuple[FixedArray, ...]
+    prototype: str
+    body: str
+    in_box: str
+    conditions: str
+    in_si: str
+    of_si: tuple[str, ...]
+    called: frozenset[str]
+
+    @property
+    def arrays(self) -> tuple[FixedArray, ...]:
+        """Arguments, then results."""
+        return (*self.arguments, *self.results)
+
+
+class FixedFunction:
+    """The text of one model."""
+
+    def __init__(self, package: Package, function: Function, name: str) -> None:
+        """`name` begins the names of functions; raises `ValueError` for a function without scales."""
+        if function.fixed is None:
+            raise ValueError(f"{function.name} has no scales")
+        self.package, self.function, self.fixed = package, function, function.fixed
+        self.prefix, self.name, self.macro = name, f"{name}_{function.name}", name.upper()
+        self.printer = FixedPrinter(function, self.fixed, name)
+        self.symbols = symbols_of(function.program)
+
+    def text(self) -> FixedText:
+        """What the templates are given."""
+        about = function_context(self.function)
+        arguments, results = tuple(self._arguments()), tuple(self._results())
+        body = "\n".join(self._body())
+        units = (f"units: {'; '.join(array.described for array in (*arguments, *results))}",)
+        guaranteed = self.function.guaranteed.get("fixed-point")
+        return FixedText(
+            name=self.name,
+            title=f"{about['title']} {about['equations']}.",
+            counts=about["counts"],
+            documented=(*about["documented"], *units, *(guaranteed.lines if guaranteed else ())),
+            arguments=arguments,
+            results=results,
+            prototype=self._head("void", "", "int32_t", (*arguments, *results), len(arguments)),
+            body=body,
+            in_box=self._head("int", "_in_box", "int32_t", arguments, len(arguments)),
+            conditions="\n".join(self._conditions(arguments, guaranteed.ranges if guaranteed else ())),
+            in_si=self._head("void", "_si", "double", (*arguments, *results), len(arguments)),
+            of_si=tuple(self._in_si(arguments, results)),
+            called=frozenset(self.printer.called) | ({"sincos"} if self.printer.angles else set()),
+        )
+
+    def _head(self, result: str, end: str, type_: str, arrays: Sequence[FixedArray], read: int) -> str:
+        declared = [
+            f"{'const ' if k < read else ''}{type_} " + (f"{array.name}[{array.size}]" if array.bits else f"*{array.name}")
+            for k, array in enumerate(arrays)
+        ]
+        return with_arguments(f"{result} {self.name}{end}", declared)
+
+    def _arguments(self) -> Iterator[FixedArray]:
+        symbols = {one.name: one.symbols for one in self.function.program.inputs}
+        for argument in self.function.arguments:
+            nodes = [self.symbols.get(name) for name in symbols.get(argument.name, ())]
+            nodes += [None] * (argument.size - len(nodes))
+            turns = tuple(x is not None and x.id in self.fixed.turns for x in nodes)
+            bits = tuple(
+                None if x is None else TURN_BITS if turn else self.fixed.bits[x.id]
+                for x, turn in zip(nodes, turns, strict=True)
+            )
+            yield FixedArray(argument.name, str(argument.size), bits, turns)
+
+    def _results(self) -> Iterator[FixedArray]:
+        for output in self.function.program.outputs:
+            size = "*".join(map(str, output.shape)) or "1"
+            bits = tuple(map(self.printer.bits, output.entries))
+            yield FixedArray(output.name, size, bits, (False,) * len(bits))
+
+    def _body(self) -> Iterator[str]:
+        program, printer = self.function.program, self.printer
+        entries = {one.name: {symbol: str(k) for k, symbol in enumerate(one.symbols)} for one in program.inputs}
+        lines = Writer(printer, replace(C, declare="const int32_t "), self.package.joint_names)
+        used = {node.operands[0] for node in program.nodes if node.operation == SYMBOL}
+        writer = _FixedWriter(lines)
+        yield from (f"{INDENT}(void){a.name};" for a in self.function.arguments if not used & {*entries.get(a.name, ())})
+        yield from lines.unpack(entries, used)
+        yield from self._angles()
+        kept = [s for s in (*program.once, *program.statements) if s.node.id not in self.fixed.turns]
+        yield from writer.statements(kept)
+        yield ""
+        for output in program.outputs:
+            for k, x in enumerate(output.entries):
+                yield statement(f"{INDENT}{output.name}[{k}] = ", f"{printer.value(x)};")
+
+    def _angles(self) -> Iterator[str]:
+        angles = angles_of(self.function.program)
+        if angles:
+            names, self.printer.variables = self.printer.variables, {}
+            texts = ", ".join(map(self.printer.angle, angles))
+            self.printer.variables = names
+            count = len(angles)
+            yield statement(f"{INDENT}const uint32_t angle[{count}] = ", f"{{{texts}}};")
+            yield f"{INDENT}int32_t sine[{count}];"
+            yield f"{INDENT}int32_t cosine[{count}];"
+            yield f"{INDENT}for (size_t k = 0U; k < {count}U; k++) {{"
+            yield f"{INDENT * 2}{self.prefix}_sincos(angle[k], &sine[k], &cosine[k]);"
+            yield f"{INDENT}}}"
+
+    def _conditions(self, arguments: Sequence[FixedArray], ranges: Sequence[EntryRange]) -> Iterator[str]:
+        texts = []
+        arrays = {array.name: array for array in arguments}
+        for one in (one for one in ranges if one.argument in arrays):
+            array = arrays[one.argument]
+            if array.bits[one.entry] is not None:
+                texts += _inside(f"{one.argument}[{one.entry}]", one, array.bits[one.entry], array.turns[one.entry])
+        named = " ".join(texts)
+        yield from (f"{INDENT}(void){array.name};" for array in arguments if f"{array.name}[" not in named)
+        yield f"{INDENT}return {f'{chr(10)}{INDENT * 2}&& '.join(texts) or '1'};"
+
+    def _in_si(self, arguments: Sequence[FixedArray], results: Sequence[FixedArray]) -> Iterator[str]:
+        for array in (*arguments, *results):
+            yield f"{INDENT}int32_t {array.name}_n[{max(len(array.bits), 1)}];"
+        for array in arguments:
+            for k, (unit, turns) in enumerate(zip(array.units, array.turns, strict=True)):
+                of = f"{self.prefix}_of_angle({array.name}[{k}])"
+                of = of if turns else f"{self.prefix}_of_number({array.name}[{k}], {unit})"
+                yield f"{INDENT}{array.name}_n[{k}] = {of if unit != '0.0' else '0'};"
+        yield with_arguments(f"{INDENT}{self.name}", [f"{array.name}_n" for array in (*arguments, *results)], ");")
+        for array in results:
+            for k, unit in enumerate(array.units):
+                yield f"{INDENT}{array.name}[{k}] = {unit}*{array.name}_n[{k}];"
+
+
+class _FixedWriter:
+    """Statements, each with its unit behind it."""
+
+    def __init__(self, writer: Writer) -> None:
+        self.writer = writer
+
+    def statements(self, statements: Sequence[Statement]) -> list[str]:
+        """Assignments below the headings of their sections."""
+        printer = self.writer.printer
+        assert isinstance(printer, FixedPrinter)
+        lines, section = [], None
+        for one in statements:
+            if one.section != section:
+                section = one.section
+                lines += ["", f"{INDENT}/* {self.writer.heading(section)} */"]
+            right = f"{printer.right_side(one)}; /* 2^{-printer.bits(one.node)} */"
+            lines.append(f"{INDENT}const int32_t {one.name} = {right}")
+        return lines
+
+
+def _inside(entry: str, one: EntryRange, bits: int | None, turns: bool) -> list[str]:
+    """Comparisons of whole numbers; none for an angle that may be any."""
+    unit = 2 * PI / 2**TURN_BITS if turns else Fraction(2) ** -(bits or 0)
+    low, high = math.ceil(Fraction(one.low) / unit), math.floor(Fraction(one.high) / unit)
+    if not turns:
+        return [f"{entry} >= {low}", f"{entry} <= {high}"]
+    if high - low >= 2**TURN_BITS - 4:
+        return []
+    return [f"(uint32_t){entry} - {low % 2**TURN_BITS}U <= {high - low}U"]

@@ -1,0 +1,128 @@
+"""Fixed point: an integer of 32 bits for each number of a program, in units of a power of two of its own.
+
+A number z is held as a whole number n, z = n 2^-bits, |n| < 2^31. Angles that only sines and cosines are taken of are
+parts of a turn, of 2^-32 each: integers that wrap around reduce them exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
+from symoro_elastic.symbolic.expression import Expression, Level, Operand
+from symoro_elastic.symbolic.operations import ADD, COS, MULTIPLY, NEGATE, SIN, SUBTRACT, SYMBOL
+from symoro_elastic.symbolic.program import Program
+
+LARGEST = 2**31 - 1
+MOST_BITS = 59
+"""Of a number that is hardly more than zero."""
+OF_CIRCLE = 30
+"""Bits of sines, cosines and signs, which may be 1."""
+TURN_BITS = 32
+"""An angle is a whole number of 2^-32 turns."""
+DIGITS = 60
+PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494459")
+
+
+class Quantized(NamedTuple):
+    """A number of the text: `value` times 2^-`bits`."""
+
+    value: int
+    bits: int
+
+    @property
+    def exact(self) -> Fraction:
+        """The number that it stands for."""
+        return Fraction(self.value) * Fraction(2) ** -self.bits
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """The `bits` behind the binary point of each node, by its number; those in `turns` are parts of a turn."""
+
+    bits: Mapping[int, int]
+    turns: frozenset[int]
+
+
+def bits_of(magnitude: Fraction) -> int:
+    """The most bits behind the binary point with which numbers of this magnitude fit."""
+    if not magnitude:
+        return MOST_BITS
+    bits = 31 - (magnitude.numerator.bit_length() - magnitude.denominator.bit_length())
+    while magnitude * Fraction(2) ** bits > LARGEST:
+        bits -= 1
+    return min(bits, MOST_BITS)
+
+
+def quantized(x: Fraction, most: int = MOST_BITS) -> Quantized:
+    """A number rounded to nearest, with as many bits as fit, but not more than `most`."""
+    bits = min(bits_of(abs(x)), most)
+    return Quantized(round(x * Fraction(2) ** bits), bits)
+
+
+def number_of(x: Operand) -> Fraction | None:
+    """The value of a constant, of an expression of numbers to 60 digits; None of what depends on anything."""
+    if not isinstance(x, Expression):
+        return Fraction(x)
+    if x.level != Level.CONSTANT:
+        return None
+    return Fraction(str(evaluate([x], {}, multiprecision(DIGITS))(x)))
+
+
+def power_of_two(x: Operand) -> int | None:
+    """The exponent of a constant that is a power of two or the negative of one; None of others."""
+    if isinstance(x, Expression):
+        return None
+    over, under = abs(x).as_integer_ratio()
+    if not over or over & (over - 1) or under & (under - 1):
+        return None
+    return over.bit_length() - under.bit_length()
+
+
+def turn_factor(bits: int) -> Quantized:
+    """What turns angles in units of 2^-`bits` rad into units of 2^-32 turns; raises `OverflowError` for huge ones."""
+    factor = Fraction(2) ** (TURN_BITS - bits) / (2 * PI)
+    if not 1 <= quantized(factor).bits:
+        raise OverflowError("an angle may be beyond 2^30 rad")
+    return quantized(factor)
+
+
+def unit_of_turn() -> float:
+    """The unit of an angle that is a part of a turn, rad."""
+    return float(2 * PI / 2**TURN_BITS)
+
+
+def turning(program: Program) -> frozenset[int]:
+    """The numbers of the nodes of which nothing but sines and cosines is taken, and that sums and multiples make.
+
+    They may be off by whole turns. Multiples are by whole numbers.
+    """
+    state = [node for node in program.nodes if node.level == Level.STATE]
+    values = {x.id for output in program.outputs for x in output.entries if isinstance(x, Expression)}
+    while True:
+        found: set[int] = set()
+        for node in state:
+            if node.id not in values and _keeps_turns(node, found):
+                found.add(node.id)
+        others = [node for node in state if node.operation not in (SIN, COS) and node.id not in found]
+        more = values.union(*({x.id for x in node.needs} for node in others))
+        if more == values:
+            return frozenset(found)
+        values = more
+
+
+def _keeps_turns(node: Expression, found: set[int]) -> bool:
+    if node.operation == SYMBOL:
+        return True
+    if node.operation == MULTIPLY:
+        return node.operands[0].id in found and isinstance(node.operands[1], int)
+    inside = all(isinstance(x, Expression) and x.id in found for x in node.operands)
+    return inside and node.operation in (ADD, SUBTRACT, NEGATE)
+
+
+def symbols_of(program: Program) -> dict[str, Expression]:
+    """The variables that a program uses, by name."""
+    return {node.operands[0]: node for node in program.nodes if node.operation == SYMBOL}
