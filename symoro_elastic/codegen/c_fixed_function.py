@@ -11,6 +11,8 @@ from symoro_elastic.codegen.body import C, Writer
 from symoro_elastic.codegen.c_lines import INDENT, statement, with_arguments
 from symoro_elastic.codegen.c_printers import angles_of
 from symoro_elastic.codegen.fixed_point import (
+    LONGEST_OF_PRODUCT,
+    LONGEST_SHIFT,
     OF_CIRCLE,
     PI,
     TURN_BITS,
@@ -79,17 +81,25 @@ class FixedPrinter(Printer):
         found, shift = self.text(x), self.bits(x) - bits
         if not shift:
             return found
-        return self.made(found.negative, "shifted", found.text, f"{min(shift, 31)}U")
+        return self.shifted(found, shift)
+
+    def shifted(self, x: Text, shift: int) -> Text:
+        """A number rounded to fewer bits; zero where nothing is left of it."""
+        if shift > LONGEST_SHIFT:
+            return Text(False, f"0*{x.factor(ATOM)}", PRODUCT)
+        return self.made(x.negative, "shifted", x.text, f"{shift}U")
 
     def product(self, node: Expression, flipped: bool, fewer: int = 0) -> Text:
         """A product with `fewer` bits than its own; one by a power of two has the integer of its factor."""
         x, y = node.operands
         first, second = self.text(x), self.text(y)
         if power_of_two(y) is not None:
-            negative = first.negative != (second.negative != flipped)
-            return self.made(negative, "shifted", first.text, f"{min(fewer, 31)}U") if fewer else Text(negative, *first[1:])
-        shift = min(self.bits(x) + self.bits(y) - self.bits(node) + fewer, 62)
+            found = Text(first.negative != (second.negative != flipped), first.text, first.binding)
+            return self.shifted(found, fewer) if fewer else found
+        shift = self.bits(x) + self.bits(y) - self.bits(node) + fewer
         negative = (first.negative != second.negative) != flipped
+        if shift > LONGEST_OF_PRODUCT:
+            return Text(False, f"0*{first.factor(ATOM)}*{second.factor(ATOM)}", PRODUCT)
         if not shift:
             return Text(negative, f"{first.factor(PRODUCT)}*{second.factor(ATOM)}", PRODUCT)
         return self.made(negative, "product", first.text, second.text, f"{shift}U")
@@ -216,7 +226,8 @@ class FixedFunction:
 
     def _head(self, result: str, end: str, type_: str, arrays: Sequence[FixedArray], read: int) -> str:
         declared = [
-            f"{'const ' if k < read else ''}{type_} " + (f"{array.name}[{array.size}]" if array.bits else f"*{array.name}")
+            f"{'const ' if k < read else ''}{type_} "
+            + (f"{array.name}[{array.size}]" if array.bits else f"*{array.name}")
             for k, array in enumerate(arrays)
         ]
         return with_arguments(f"{result} {self.name}{end}", declared)
@@ -245,7 +256,9 @@ class FixedFunction:
         lines = Writer(printer, replace(C, declare="const int32_t "), self.package.joint_names)
         used = {node.operands[0] for node in program.nodes if node.operation == SYMBOL}
         writer = _FixedWriter(lines)
-        yield from (f"{INDENT}(void){a.name};" for a in self.function.arguments if not used & {*entries.get(a.name, ())})
+        yield from (
+            f"{INDENT}(void){a.name};" for a in self.function.arguments if not used & {*entries.get(a.name, ())}
+        )
         yield from lines.unpack(entries, used)
         yield from self._angles()
         kept = [s for s in (*program.once, *program.statements) if s.node.id not in self.fixed.turns]
@@ -281,6 +294,7 @@ class FixedFunction:
         yield f"{INDENT}return {f'{chr(10)}{INDENT * 2}&& '.join(texts) or '1'};"
 
     def _in_si(self, arguments: Sequence[FixedArray], results: Sequence[FixedArray]) -> Iterator[str]:
+        yield from (f"{INDENT}(void){array.name};" for array in arguments if not any(map(float, array.units)))
         for array in (*arguments, *results):
             yield f"{INDENT}int32_t {array.name}_n[{max(len(array.bits), 1)}];"
         for array in arguments:

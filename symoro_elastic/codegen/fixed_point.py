@@ -17,8 +17,10 @@ from symoro_elastic.symbolic.operations import ADD, COS, MULTIPLY, NEGATE, SIN, 
 from symoro_elastic.symbolic.program import Program
 
 LARGEST = 2**31 - 1
-MOST_BITS = 59
+MOST_BITS = 90
 """Of a number that is hardly more than zero."""
+LONGEST_SHIFT, LONGEST_OF_PRODUCT = 31, 62
+"""By how many bits a number, and a product of two, can be shifted: what is shifted further is less than half a unit."""
 OF_CIRCLE = 30
 """Bits of sines, cosines and signs, which may be 1."""
 TURN_BITS = 32
@@ -74,10 +76,10 @@ def number_of(x: Operand) -> Fraction | None:
 
 def power_of_two(x: Operand) -> int | None:
     """The exponent of a constant that is a power of two or the negative of one; None of others."""
-    if isinstance(x, Expression):
+    if isinstance(x, Expression) or not x:
         return None
-    over, under = abs(x).as_integer_ratio()
-    if not over or over & (over - 1) or under & (under - 1):
+    over, under = map(int, abs(Fraction(x)).as_integer_ratio())
+    if over & (over - 1) or under & (under - 1):
         return None
     return over.bit_length() - under.bit_length()
 
@@ -85,9 +87,10 @@ def power_of_two(x: Operand) -> int | None:
 def turn_factor(bits: int) -> Quantized:
     """What turns angles in units of 2^-`bits` rad into units of 2^-32 turns; raises `OverflowError` for huge ones."""
     factor = Fraction(2) ** (TURN_BITS - bits) / (2 * PI)
-    if not 1 <= quantized(factor).bits:
+    found = quantized(factor, LONGEST_OF_PRODUCT)
+    if found.bits < 1:
         raise OverflowError("an angle may be beyond 2^30 rad")
-    return quantized(factor)
+    return found
 
 
 def unit_of_turn() -> float:

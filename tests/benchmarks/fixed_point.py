@@ -159,7 +159,8 @@ def on_board(build: Build, states: Array, folder: Path, board: str) -> tuple[lis
     linked = [*compiler, "-nostartfiles", "--specs=nosys.specs", "-Tlayout.ld", "-Wl,--no-warn-rwx-segments"]
     objects = ["main.o", f"{build.name}.o", "board.o"]
     subprocess.run([*linked, *objects, "-lm", "-o", "board.elf"], cwd=folder, check=True)
-    command = ["-M" if x == "-M" else machine if x == "mps2-an500" else processor if x == "cortex-m7" else x for x in QEMU]
+    given = {"mps2-an500": machine, "cortex-m7": processor}
+    command = [given.get(word, word) for word in QEMU]
     done = subprocess.run(
         [*command, "-kernel", str(folder / "board.elf")], capture_output=True, text=True, check=True, timeout=300
     )
@@ -208,7 +209,8 @@ def rows_of(name: str) -> list[list[str]]:
 
 def main() -> None:
     rows = [row for name in progress(list(MACHINES), "compile, run") for row in rows_of(name)]
-    columns = ["machine", "numbers", "error", "bits", *(f"{b}: {x}" for b in BOARDS for x in ("executed", "stack", "code"))]
+    of_boards = [f"{board}: {x}" for board in BOARDS for x in ("executed", "stack", "code")]
+    columns = ["machine", "numbers", "error", "bits", *of_boards]
     print_table(f"{MODEL} on Cortex-M processors in QEMU, fixed point and single precision", columns, rows)
 
 

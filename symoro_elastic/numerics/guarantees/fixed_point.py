@@ -26,6 +26,7 @@ from fractions import Fraction
 import numpy as np
 
 from symoro_elastic.codegen.fixed_point import (
+    LONGEST_OF_PRODUCT,
     OF_CIRCLE,
     PI,
     TURN_BITS,
@@ -51,15 +52,7 @@ from symoro_elastic.numerics.guarantees.certificate import (
     sub_boxes_of,
 )
 from symoro_elastic.numerics.guarantees.header import guaranteed
-from symoro_elastic.numerics.guarantees.intervals import Interval
-from symoro_elastic.numerics.guarantees.running_error import (
-    PASSED,
-    UPWARDS,
-    Bounds,
-    Known,
-    Rounding,
-    range_of_node,
-)
+from symoro_elastic.numerics.guarantees.running_error import PASSED, UPWARDS, Bounds, Known, Rounding, range_of_node
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts
 from symoro_elastic.symbolic.expression import Constant, Expression, Level, Operand
 from symoro_elastic.symbolic.operations import ADD, COS, DIVIDE, MULTIPLY, NEGATE, SIGN, SIN, SUBTRACT, SYMBOL
@@ -72,7 +65,6 @@ RESTS_ON = (
 OF_SINE = 2.0**-OF_CIRCLE
 """Of a sine or cosine of an exact angle."""
 POSSIBLE = (SYMBOL, ADD, SUBTRACT, MULTIPLY, NEGATE, SIN, COS, SIGN)
-LONGEST_SHIFT = 62
 
 
 class FixedRounding(Rounding):
@@ -133,7 +125,7 @@ def scaled_bounds(
     with np.errstate(all="ignore"):
         for node in nodes:
             found = range_of_node(node, bounds, box)
-            bounds.range[node.id] = (known or {}).get(node.id, lambda x: x)(found)
+            bounds.range[node.id] = known[node.id](found) if known and node.id in known else found
             _add(node, bounds, bits, turns, given)
     return bounds, bits
 
@@ -179,7 +171,7 @@ def _bits(node: Expression, reach: float, bits: Mapping[int, int]) -> int:
         exponent = power_of_two(node.operands[1])
         if exponent is not None:
             return found[0] - exponent
-        return max(min(_fitting(reach, 1), sum(found)), sum(found) - LONGEST_SHIFT)
+        return max(min(_fitting(reach, 1), sum(found)), sum(found) - LONGEST_OF_PRODUCT)
     if node.operation in (ADD, SUBTRACT):
         return min(_fitting(reach, 2), *found)
     return _fitting(reach, 0)
@@ -248,7 +240,7 @@ def with_scales(
     made = []
     for function in package.functions:
         if why := impossible(function):
-            what = f"{function.name} {why}: fixed point has models without divisions, as inverse_dynamics"
+            what = f"{function.name} {why}: choose a model that only adds and multiplies, as bias_forces does"
             raise machine.error("--target c-fixed", what)
         box = box_of(machine, limits, function.program.inputs, function.program.used)
         try:

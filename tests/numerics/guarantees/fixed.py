@@ -1,4 +1,4 @@
-"""Code in fixed point, compiled with checks of overflows, beside numpy in double precision: states by the hundred thousand."""
+"""Code in fixed point, compiled with checks of overflows, beside numpy in double precision."""
 
 from __future__ import annotations
 
