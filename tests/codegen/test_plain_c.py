@@ -13,7 +13,7 @@ import pytest
 
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
-from symoro_elastic.codegen.targets import RESERVED, TARGETS, c, c_batch, render_targets
+from symoro_elastic.codegen.targets import RESERVED, SCALED_TARGETS, TARGETS, c, c_batch, render_targets
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.formats import read_machine
@@ -21,6 +21,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.traced import trace_models
+from symoro_elastic.numerics.guarantees.fixed_point import with_scales
 from symoro_elastic.quantities.time_steps import OF_TIME_STEPS, TimeStep
 from tests.generated_code import ALL_MODELS, COMPILERS
 from tests.golden import FIVE
@@ -266,6 +267,27 @@ def test_targets_are_complete() -> None:
         assert target.name == name and len(target.title) <= 80 and target.precisions
         made = render_targets(package("flex4.par"), (name,))
         assert made and all(file.endswith(target.suffixes) for file in made)
+
+
+def test_targets_with_scales_are_complete() -> None:
+    """They refuse a package without scales, and take one that has them."""
+    for name, target in SCALED_TARGETS.items():
+        assert name not in TARGETS and target.name == name and len(target.title) <= 80 and target.precisions
+        with pytest.raises(ValueError, match="has no scales"):
+            target.render(package("flex4.par"), ())
+        made = target.render(scaled_package(), ())
+        assert made and all(file.endswith(target.suffixes) for file in made)
+
+
+def scaled_package() -> Package:
+    arm = read_machine(ROOT / "examples" / "planar_2r.toml")[0]
+    return with_scales(trace_models(arm, Scene(("inverse_dynamics",), fold="all")), arm.limits)
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_compilers_do_not_complain_of_fixed_point(compiler: str, tmp_path: Path) -> None:
+    for name in SCALED_TARGETS:
+        compiled(SCALED_TARGETS[name].render(scaled_package(), ()), tmp_path, compiler, *STRICT, "-fsyntax-only")
 
 
 @pytest.mark.parametrize("name", MACHINES)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
-from symoro_elastic.codegen.targets import FMU, KEYWORDS, RESERVED, TARGET_NAMES
+from symoro_elastic.codegen.targets import KEYWORDS, RESERVED, TARGETS
 from symoro_elastic.machine.names import FORMULA, MACROS_OF_COMPILERS, why_no_joint, why_no_machine
 from symoro_elastic.models.packaging import reserved_words
 from tests.command_line import EXAMPLES
@@ -50,7 +50,7 @@ def test_code_for_such_names_compiles_and_has_the_same_numbers(
 ) -> None:
     path = renamed(tmp_path, machine, *joints)
     assert [joint.name for joint in se.read(path).motor_joints] == [*joints]
-    targets = [name for name in TARGET_NAMES if name != FMU]
+    targets = [*TARGETS]
     se.generate(path, "direct_dynamics", "jacobian", targets=targets, out=tmp_path, steps=["w3"])
     folder, macros = tmp_path / machine, [f"-D{word}=" for word in ("far", "near", "huge")]
     for compiler, name, language in (("gcc", f"{machine}.c", "c"), ("g++", f"{machine}.hpp", "c++")):
