@@ -247,5 +247,7 @@ def with_scales(
             one, scales = in_fixed_point(function, box, machine.name, most_sub_boxes, progress)
         except OverflowError as error:
             raise machine.error("--target c-fixed", f"{function.name}: {error}") from None
-        made.append(replace(function, fixed=scales, guaranteed={NAME: guaranteed(package, function, one, rests_on=RESTS_ON)}))
+        made.append(
+            replace(function, fixed=scales, guaranteed={NAME: guaranteed(package, function, one, rests_on=RESTS_ON)})
+        )
     return replace(package, functions=tuple(made))

@@ -270,15 +270,13 @@ def test_what_is_far_below_a_unit_is_zero(tmp_path: Path) -> None:
     assert (np.abs(found * one.units - one.exact(states)).max(axis=0) <= one.proven).all()
 
 
-@pytest.mark.parametrize("variable", ["sine", "angle", "k", "uint32_t", "count", "tau", "hinge_fixed_product"])
+@pytest.mark.parametrize("variable", ["sine", "angle", "k", "uint32_t", "tau_n", "hinge_fixed_product"])
 def test_variables_may_be_called_like_words_of_the_code(variable: str, tmp_path: Path) -> None:
     machine = the_machine(
         {
             "name": "hinge",
             "gravity": [0, -9.81, 0],
-            "joints": [
-                {"name": "hinge", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1", "variable": variable}
-            ],
+            "joints": [{"name": "hinge", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": variable}],
             "bodies": {"hinge": {"mass": 2, "center_of_mass": [0.5, 0, 0], "inertia": [0.1, 0.1, 0.1]}},
             "limits": {"hinge": {"velocity": 1, "acceleration": 1, "torque": 1}},
         }
@@ -287,3 +285,10 @@ def test_variables_may_be_called_like_words_of_the_code(variable: str, tmp_path:
     states = one.states(1000, np.random.default_rng(0))
     _, found = one.run(states, tmp_path)
     assert (np.abs(found * one.units - one.exact(states)).max(axis=0) <= one.proven + 1e-14).all()
+
+
+def test_models_with_terms_left_out_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="c-fixed has whole models: leave out the target, or within"):
+        se.generate(
+            ROOT / "examples" / "planar_2r.toml", "inverse_dynamics", targets=["c-fixed"], within="1%", out=tmp_path
+        )
