@@ -21,6 +21,8 @@ EXACT = {"double": EXTENDED, "single": np.float64}
 """Types in which what the precision computes is taken as exact: 11 and 29 bits more."""
 SLACK = {"double": 2.0**-10, "single": 2.0**-24}
 """Of an error: what the exact type may be off."""
+ROUNDED = {"double": 2.0**-63, "single": 2.0**-52}
+"""Of a value: the rounding of the exact type, which the error of a number may show."""
 
 
 @dataclass(frozen=True)
