@@ -185,8 +185,9 @@ def without_limits() -> str:
 
 def test_what_no_option_gives_is_taken_from_the_limits_of_the_machine(tmp_path: Path) -> None:
     """The same file as with options; an option wins over the limits, of one motor or of all."""
-    file = limited(tmp_path)
-    excited(tmp_path / "given.csv", "--evaluations", 20)
+    file, free = limited(tmp_path), tmp_path / "free.toml"
+    free.write_text(without_limits(), encoding="utf-8")
+    run("excite", free, *QUICK, "--out", tmp_path / "given.csv", "--evaluations", 20)
     options = ("--fundamental", 0.5, "--harmonics", 3, "--sample-rate", 200, "--evaluations", 20)
     run("excite", file, "--out", tmp_path / "own.csv", *options)
     assert (tmp_path / "own.csv").read_bytes() == (tmp_path / "given.csv").read_bytes()
