@@ -76,6 +76,7 @@ def test_resolved_names_are_read_as_they_were_meant() -> None:
     assert resolve(once, machine, MODELS) == once
 
 
+@pytest.mark.thorough
 def test_simulated_outputs_do_not_depend_on_the_name_of_a_joint() -> None:
     for options in ({"method": "rk4", "step": 1e-3}, {"adaptive": True}):
         (one,), (other,) = (se.simulate(arm(name), scene(name), **options) for name in ("turret", "base"))

@@ -81,6 +81,7 @@ def test_the_command_prints_sentences() -> None:
     assert "det J = l1*l2*sin(q2)" in shown and "q2 = 0 or pi: shoulder and elbow move them alike" in shown
 
 
+@pytest.mark.thorough
 def test_what_is_too_long_or_not_square_is_refused() -> None:
     with pytest.raises(InputError, match="too long to be factored"):
         se.singularities(chain(6, seed=1))

@@ -55,6 +55,7 @@ def test_compare_says_so(share: float, count: int) -> None:
     assert len(said) == count and len(found.beyond) == count
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not COMPILERS, reason="needs a C compiler")
 def test_simulate_says_so_of_motions_torques_and_springs() -> None:
     """Of a motor that follows exactly: velocity, and the torque that the mass of both bodies takes."""
