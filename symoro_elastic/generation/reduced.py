@@ -18,7 +18,6 @@ from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.freed import with_free_numbers
-from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.scene import ALL, Scene
@@ -88,7 +87,7 @@ def reduced_models(
         made.append(_reduced(whole, asked, scene.within, machine, progress))
     models = [replace(one, program=reduction.reduced) for one, reduction in zip(asked.models, made, strict=True)]
     reduced = replace(asked, models=models)
-    return reduced, _reports(asked, reduced, made, scene.within, machine.limits, roundings)
+    return reduced, _reports(asked, reduced, made, scene.within, machine, roundings)
 
 
 def _refuse(machine: Machine, scene: Scene) -> None:
@@ -155,14 +154,16 @@ def _reports(
     reduced: Traced,
     made: Sequence[Reduction],
     within: Within,
-    limits: Limits,
+    machine: DescribedMachine,
     roundings: Sequence[Rounding],
 ) -> list[ReducedModel]:
     """What was left out of each function, and its errors in the box of the whole one."""
-    found = []
+    found, physical, limits = [], _physical(machine), machine.limits
     for whole, function, reduction in zip(asked.package.functions, reduced.package.functions, made, strict=True):
-        boxes = [subject_of(asked, None, limits, whole, rounding).box for rounding in roundings]
-        subjects = [Subject(function, box, rounding) for box, rounding in zip(boxes, roundings, strict=True)]
+        wholes = [subject_of(asked, physical, limits, whole, rounding) for rounding in roundings]
+        boxes = [one.box for one in wholes]
+        left = [Subject(function, one.box, one.rounding) for one in wholes]  # pivots are others than in the whole model
+        subjects = left if reduction.left_out else wholes
         certificates = tuple(_total(certificate_of(one, asked.whole.name), reduction) for one in subjects)
         terms = within.keep is Keep.TERMS and bool(reduction.left_out)
         lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if terms else None
@@ -209,7 +210,11 @@ def _refuse_rounding(one: ReducedModel, machine: Machine) -> None:
     for certificate in one.certificates:
         for entry, place in zip(certificate.entries, names, strict=True):
             allowed = errors[place].tolerance if place in errors else math.inf
-            total = min(entry.error, entry.likely)
+            is_proven = one.within.guaranteed is Guaranteed.PROVEN
+            total = entry.error if is_proven else min(entry.error, entry.likely)
+            if allowed and total == math.inf:
+                what = f"nothing is proven of the rounding of {entry.name}[{entry.entry}] without the terms left out"
+                raise machine.error("scene, within", f'{what}: choose guaranteed = "confident", or a smaller box')
             if allowed and total > allowed * (1 + SHARE_OF_ROUNDING):
                 off = f"{entry.name}[{entry.entry}] would be {total:.2g} off in {certificate.precision} precision"
                 raise machine.error("scene, within", f"{off}, {allowed:.2g} is allowed: choose a higher precision")
@@ -249,7 +254,7 @@ def _without_parameters(
     parameters = tuple(replace(p, value=ZERO) if p.name in zero else p for p in freed.parameters)
     reduced = trace(replace(freed, parameters=parameters), scene)
     counted = replace(reduction, program=asked.models[0].program, reduced=reduced.models[0].program)
-    return reduced, _reports(asked, reduced, [counted], scene.within, machine.limits, roundings)
+    return reduced, _reports(asked, reduced, [counted], scene.within, machine, roundings)
 
 
 def certificates_of(found: Sequence[ReducedModel], machine: str) -> Certificates:

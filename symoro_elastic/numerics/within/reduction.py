@@ -27,6 +27,8 @@ from symoro_elastic.symbolic.program import Names, Program
 
 MOST_SEARCHES, WITH_STATES = 20, 5
 """After so many searches limits are lowered, too, where errors at other states are too large."""
+MOST_UNPROVEN = 3
+"""Searches of which nothing is proven, each with less left out than the one before: then the program stays whole."""
 SLACK, LEAST_FACTOR = 0.98, 0.4
 """What a limit is lowered to, of what would do if errors were proportional to it; at least by this factor."""
 
@@ -84,21 +86,26 @@ def without_parameters(
 
 def _reduction(task: Task, states: int, confident: bool, bound: ErrorBound | None) -> Reduction:
     """Search, look for states where errors are too large, judge; again until a tolerance is nowhere exceeded."""
-    sample, limits = task.first_sample(), np.ones(len(task.allowed))
+    sample, limits, unproven = task.first_sample(), np.ones(len(task.allowed)), 0
     for number in range(MOST_SEARCHES if task.candidates and len(limits) else 0):
         trial = task.searched(sample, limits, number)
         if not trial.taken:
             break
-        worst = trial.too_large() or trial.too_large_unseen(states, confident)
+        worst = trial.too_large()
+        if bound and not worst:
+            trial.apply(bound)
+            unproven += not np.isfinite(trial.judged()).all()
+        if not worst and (trial.judged() <= 1).all():
+            worst = trial.too_large_unseen(states, confident)
         if worst:
             sample = joined([sample, *worst.states])
             limits = _lowered(limits, trial.sampled, worst.errors) if number >= WITH_STATES else limits
             continue
-        if bound and (trial.judged() <= 1).all():
-            trial.apply(bound)
         errors = trial.judged()
         if (errors <= 1).all():
             return trial.reduction(states)
+        if unproven >= MOST_UNPROVEN:
+            break
         limits = _lowered(limits, trial.sampled, errors)
     return task.unchanged().reduction(states)
 
