@@ -22,7 +22,7 @@ from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, TARGET_NAMES, TARGETS
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
-from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.foundation.errors import InputError, among, placed
 from symoro_elastic.foundation.file_forms import EQUATIONS, form_of
 from symoro_elastic.foundation.output_files import permission, write_text
 from symoro_elastic.foundation.results import Shown, inline_page
@@ -69,10 +69,11 @@ class Build:
         """Write the models that a scene asks of a machine, and return what was written."""
         precisions = [PRECISIONS[name] for name in self.precisions or (DOUBLE.name,)]
         machine = limited(machine, options.limits, options.scene)
-        return pipeline.generate(
-            machine, scene, self.targets, Path(options.out), options.announce, precisions, self.tools, self.unit,
-            options.certify,
-        )  # fmt: skip
+        with placed({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
+            return pipeline.generate(
+                machine, scene, self.targets, Path(options.out), options.announce, precisions, self.tools, self.unit,
+                options.certify,
+            )  # fmt: skip
 
 
 def build_of(options: Generating) -> Build:
