@@ -21,9 +21,11 @@ from symoro_elastic.api.rows import (
     Record,
     SceneLike,
     Values,
+    along_row,
     announce_row,
     at_row,
     certified_names,
+    damping_row,
     duration_row,
     force_row,
     form_names,
@@ -307,13 +309,34 @@ class Oscillating(ParametersAndScene, OperatingPoint, Placed):
     """What `modes` takes."""
 
 
+class Controlling(ParametersAndScene):
+    """What `control` takes."""
+
+    tune: bool = switch('Find all gains, not only those that the file calls "tuned".')
+    modulus: float = option(
+        0.5, "X", "Distance of velocity loops from instability, the least |1 + L|, for the largest gain.", kinds.NUMBER,
+        above=0, most=0.95,
+    )  # fmt: skip
+    position_modulus: float = option(
+        0.7, "X", "Distance of position loops from instability, for the largest gain.", kinds.NUMBER, above=0, most=0.95
+    )
+    damping: float = damping_row()
+    along: Mapping[str, Sequence[float]] = along_row()
+    at: Values = at_row(", or initial guess for another joint")
+    compliances: Sequence[str] = option(
+        (), "NAME", "Position whose displacement by a force there is computed: tool.x (default: x, y, z of the last "
+        "fixed frame).", kinds.TEXTS,
+    )  # fmt: skip
+    progress: Progress = progress_row()
+
+
 class Frequencies(Options):
     """Frequencies of a response, and damping that is added to it."""
 
     frequencies: Sequence[float] | Array | None = option(
         (), "HZ", "Frequency, Hz, at which the magnitude of a response is computed.", kinds.LIST
     )
-    damping: float = option(0.0, "RATIO", "Damping ratio added to every mode of a response: 0.01 is 1 %.", kinds.NUMBER)
+    damping: float = damping_row()
 
 
 class Responding(Frequencies, ParametersAndScene, Signals, OperatingPoint, Placed):

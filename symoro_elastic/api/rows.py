@@ -156,6 +156,19 @@ def at_row(more: str = "") -> Any:
     return option({}, "JOINT=X", f"Position of a motor, rad or m (default 0){more}.", kinds.NUMBERS)
 
 
+def along_row() -> Any:
+    """Return the row of a grid of positions."""
+    return option(
+        {}, "JOINT=LOW:HIGH:COUNT", "Positions of a joint at which it is computed, one after the other.", kinds.GRID,
+        formerly=("--over",),
+    )  # fmt: skip
+
+
+def damping_row() -> Any:
+    """Return the row of a damping ratio of all modes."""
+    return option(0.0, "RATIO", "Damping ratio added to every mode: 0.01 is 1 %.", kinds.NUMBER, least=0)
+
+
 def merge_angles_row() -> Any:
     """Return the row of the bound up to which angles are merged."""
     what = "Add angles of parallel axes where that saves operations; valid for |q| up to BOUND, rad."

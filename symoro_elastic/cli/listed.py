@@ -53,7 +53,10 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
         "ladder": Listed("simulation", "Find springs, method and step that a motion requires."),
     },
     "Variants": {"sweep": Listed("sweep", "Sweep parameters and positions over grids or samples.")},
-    "Control": {"feed-forward": Listed("vibration", "Compute torques that make the load follow a trajectory.")},
+    "Control": {
+        "control": Listed("control", "Find what limits the gains of drives, and gains."),
+        "feed-forward": Listed("vibration", "Compute torques that make the load follow a trajectory."),
+    },
     "Identification": {
         "excite": Listed("identification", "Design an exciting trajectory for identification."),
         "identify": Listed("identification", "Estimate dynamic parameters from measurements."),

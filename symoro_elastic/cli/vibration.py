@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from symoro_elastic.api import kinds
-from symoro_elastic.api.declaration import Options, option
+from symoro_elastic.api.declaration import Options
 from symoro_elastic.api.options import Comparing, Following, Linearizing, Oscillating, Responding
+from symoro_elastic.api.rows import along_row
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
 from symoro_elastic.cli.output import print_result, progress_bar, save_arrays, steps
@@ -45,10 +45,7 @@ def linearize(machine: str, options: Linearizing, out: str | None, as_json: bool
 class Path(Options):
     """Positions that modes are followed along."""
 
-    along: Mapping[str, Sequence[float]] = option(
-        {}, "JOINT=LOW:HIGH:COUNT", "Positions of a joint, along which the modes are followed.", kinds.GRID,
-        formerly=("--over",),
-    )  # fmt: skip
+    along: Mapping[str, Sequence[float]] = along_row()
 
 
 @command("modes")

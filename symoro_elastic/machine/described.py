@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self, TypeVar
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.drives import Drives, within_motors
 from symoro_elastic.machine.limits import Limits, within_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -62,7 +63,7 @@ class Origin:
 
 @dataclass(frozen=True, repr=False)
 class DescribedMachine(Machine):
-    """A machine with what is `asked` of it, its `limits`, and the rest of its file (`origin`).
+    """A machine with what is `asked` of it, its `limits`, its `drives`, and the rest of its file (`origin`).
 
     Functions that need mechanics only take a `Machine`.
     """
@@ -70,6 +71,7 @@ class DescribedMachine(Machine):
     asked: Request = Request()
     origin: Origin = Origin()
     limits: Limits = Limits()
+    drives: Drives = Drives()
 
     @classmethod
     def of(cls, machine: Machine) -> DescribedMachine:
@@ -94,6 +96,11 @@ class DescribedMachine(Machine):
 def limits_of(machine: Machine) -> Limits:
     """The limits of what a machine has; none where it has no description."""
     return within_machine(machine.limits, machine) if isinstance(machine, DescribedMachine) else Limits()
+
+
+def drives_of(machine: Machine) -> Drives:
+    """The drives of the motors that a machine has; none where it has no description."""
+    return within_motors(machine.drives, machine) if isinstance(machine, DescribedMachine) else Drives()
 
 
 def with_changed_scene(machine: AnyMachine, change: Callable[[Scene], Scene | None]) -> AnyMachine:

@@ -114,7 +114,7 @@ def test_slopes_by_parameters_against_differences_in_50_digits() -> None:
     state = State(np.array(q), np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(len(machine.motors)))
     given = [motion.parameters[name] for name in names]
     by_symbol = motion.work_slopes(state, left)
-    by_q, changed = motion.change_slopes(state, left, right, -2 * right)
+    by_q, changed = motion.change_slopes(state, left, right, 0 * right, -2 * right)
 
     def work(x: list[mpmath.mpf], place: list[mpmath.mpf], k: int) -> list[mpmath.mpf]:
         found = forces(machine, place, rest, rest, dict(zip(names, x, strict=True)))

@@ -23,7 +23,6 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.names import did_you_mean, quote
-from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.motion.inertia import MATRIX_ROUNDING, refuse_singular
 
 LEAST_DAMPING = 1e-12
@@ -266,22 +265,11 @@ def _eigenvalue_slopes(modal: Modes, names: Sequence[str]) -> Array:
     shapes[list(modal.linear.kept)] = modal.shapes
     left, right = shapes[:, [a for a, _ in pairs]], shapes[:, [b for _, b in pairs]]
     squared = np.concatenate([np.full(len(c) ** 2, modal.eigenvalues[list(c)].mean()) for c in modes])
-    by_q, by_symbol = motion.change_slopes(state, left, right, -squared * right)
-    moved = motion.work_slopes(state, _weights(motion, state, by_q))
-    none = np.zeros(len(pairs))
-    total = np.array([by_symbol.get(name, none) + moved.get(name, none) for name in names])
+    by_name = motion.parameter_slopes(state, left, right, np.zeros_like(right), -squared * right)
+    total = np.array([by_name[name] for name in names])
     first = 0
     for cluster, size in zip(swinging, map(len, modes), strict=True):
         split = total[:, first : first + size**2].reshape(-1, size, size)
         slopes[:, cluster] = np.linalg.eigvalsh((split + split.transpose(0, 2, 1)) / 2)
         first += size**2
     return slopes
-
-
-def _weights(motion: EquationsOfMotion, state: State, by_q: Array) -> Array:
-    """Return w with w^T dr/dp = by_q^T dq/dp, where the equilibrium moves by dq/dp = -K^-1 dr/dp."""
-    weights, sought = np.zeros_like(by_q), list(state.sought)
-    if sought:
-        stiffness = motion.forces_and_stiffness(state.q)[1][np.ix_(sought, sought)]
-        weights[sought] = -np.linalg.lstsq(stiffness.T, by_q[sought], rcond=None)[0]
-    return weights

@@ -7,6 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.formats.toml import key as keys
+from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
+from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.key import Key, Section, Type, one_of, reference_to, some_of
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import LIMITS, TOLERANCE
@@ -331,6 +333,7 @@ MACHINE = Section(
         *(
             _table("base", BASE),
             _table(OF_LIMITS, LIMITS),
+            _table(OF_MOTORS, DRIVES),
             _table("scene", SCENE),
             MOTIONS,
             _table("wanted", WANTED),
@@ -338,5 +341,5 @@ MACHINE = Section(
         ),
     ),
 )
-SECTIONS = (MACHINE, JOINTS, LOOPS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, LIMITS, SCENE, *OF_MOTION)
+SECTIONS = (MACHINE, JOINTS, LOOPS, WITH_UNIT, *map(section_of, OF_JOINTS), BASE, LIMITS, *OF_DRIVES, SCENE, *OF_MOTION)
 """All tables of a machine file, in the order of the reference."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from symoro_elastic.formats.files import name_of
 from symoro_elastic.formats.format import Format
 from symoro_elastic.formats.joint_cells import OTHER, SELECTED, not_alone, offset_of
+from symoro_elastic.formats.toml.drives import drives_of
 from symoro_elastic.formats.toml.key import Key
 from symoro_elastic.formats.toml.keys import (
     ABOUT_CENTER,
@@ -88,7 +89,7 @@ def machine_of(top: Table) -> DescribedMachine:
             of_name="" if FILE_NAME.name in top.entries else NAME_OF_FILE,
         ),
     )
-    machine = replace(machine, limits=limits_of(top, machine, listed))
+    machine = replace(machine, limits=limits_of(top, machine, listed), drives=drives_of(top, machine))
     scene = resolve(scene_of(top.table("scene")), machine) if "scene" in top.entries else None
     return replace(machine, asked=Request(scene, motions_of(top, machine), wanted_of(top)))
 

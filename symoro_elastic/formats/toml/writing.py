@@ -7,13 +7,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from symoro_elastic.formats.joint_cells import SELECTED, cell_of
+from symoro_elastic.formats.toml.drives import HEADING as OF_DRIVES
+from symoro_elastic.formats.toml.drives import drives_by_motor
 from symoro_elastic.formats.toml.keys import OF_JOINTS
 from symoro_elastic.formats.toml.limits import HEADING as OF_LIMITS
 from symoro_elastic.formats.toml.limits import TOLERANCE, limits_by_joint, written_tolerance
 from symoro_elastic.formats.toml.motions import Entries, entries_of_motion, entries_of_wanted
 from symoro_elastic.formats.toml.within import entries_of
 from symoro_elastic.machine.columns import Column, Values, columns
-from symoro_elastic.machine.described import DescribedMachine, Request, Wanted, limits_of
+from symoro_elastic.machine.described import DescribedMachine, Request, Wanted, drives_of, limits_of
+from symoro_elastic.machine.drives import Sought
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.loops import Closing, Loop
@@ -100,6 +103,7 @@ def _sections(machine: DescribedMachine) -> Iterable[tuple[str, list[str]]]:
         yield section, _named((name, _entry(owner, section)) for name, owner in owners)
     yield "base", _table([*_entry(machine.base, "base"), *_floating(machine.floating)])
     yield OF_LIMITS, _named(limits_by_joint(limits).items())
+    yield OF_DRIVES, _table((name, _plain_value(entry)) for name, entry in drives_by_motor(drives_of(machine)))
     extras = machine.origin.extras | ({BASE_PARAMETERS: GROUPED} if machine.is_grouped else {})
     yield "extras", _table((key, text_of(value)) for key, value in extras.items())
 
@@ -249,8 +253,12 @@ def _plain(entries: Entries) -> list[str]:
 
 
 def _plain_value(x: Any) -> str:
-    if isinstance(x, dict):
+    if isinstance(x, Mapping):
         return _inline([(_key(key), _plain_value(value)) for key, value in x.items()])
+    if isinstance(x, Formula):
+        return _cell(x.text)
+    if isinstance(x, Sought):
+        return text_of(str(x))
     if isinstance(x, list):
         return "[" + ", ".join(map(_plain_value, x)) + "]"
     return text_of(x) if isinstance(x, str) else repr(x)

@@ -276,13 +276,26 @@ class EquationsOfMotion:
         symbols = self._symbols(state.q, state.qd, state.qdd, state.torques)
         return self.assembled.total(gradient(self.residual, list(left), symbols, FLOATS), symbols, FLOATS)
 
-    def change_slopes(self, state: State, left: Array, dq: Array, dqdd: Array) -> tuple[Array, dict[str, Array]]:
-        """Return the derivatives of left^T dr by q (n, m), and by symbol of the parameters, (m,) each.
+    def parameter_slopes(self, state: State, left: Array, dq: Array, dqd: Array, dqdd: Array) -> dict[str, Array]:
+        """Return the derivatives of left^T dr by all parameters, (m,) each, along the equilibrium that moves with them.
 
-        dr is the change of r along dq and dqdd; the columns (n, m) of `left`, dq and dqdd belong together.
+        dr is the change of r along dq, dqd and dqdd; the columns (n, m) of `left` and of these belong together. Where
+        an equilibrium was solved for, it moves by dq/dp = -K^-1 dr/dp.
         """
-        q, qdd = _seeded(state.q, dq), _seeded(state.qdd, dqdd)
-        symbols = self._symbols(q, state.qd, qdd, state.torques)
+        by_q, by_symbol = self.change_slopes(state, left, dq, dqd, dqdd)
+        weights, sought = np.zeros_like(by_q), list(state.sought)
+        if sought:
+            stiffness = self.forces_and_stiffness(state.q)[1][np.ix_(sought, sought)]
+            weights[sought] = -np.linalg.lstsq(stiffness.T, by_q[sought], rcond=None)[0]
+        moved, none = self.work_slopes(state, weights), np.zeros(left.shape[1])
+        return {name: by_symbol.get(name, none) + moved.get(name, none) for name in self.parameters}
+
+    def change_slopes(
+        self, state: State, left: Array, dq: Array, dqd: Array, dqdd: Array
+    ) -> tuple[Array, dict[str, Array]]:
+        """Return the derivatives of left^T dr by q (n, m), and by symbol of the parameters, (m,) each."""
+        q, qd, qdd = _seeded(state.q, dq), _seeded(state.qd, dqd), _seeded(state.qdd, dqdd)
+        symbols = self._symbols(q, qd, qdd, state.torques)
         by_symbol = self.assembled.total(gradient(self.residual, list(left), symbols, DUALS), symbols, DUALS)
         none = np.zeros(left.shape[1])
         changed = {name: x.tangent + none if x.__class__ is Dual else none for name, x in by_symbol.items()}

@@ -1,0 +1,267 @@
+"""The cascade of one drive with numbers: what it is in frequencies, and as a linear system of its own.
+
+    tau = C(s) (Kv (r - q_m) + kfv s r - s qd...),   C(s) = Kp (1 + 1/(Tn s)) P(s)
+    P(s) = e^(-s Td) (1 - e^(-s T))/(s T) / (1 + lag s) prod filters(s)
+
+P is the path of the torque: dead time, the hold of a sampled controller, current loop, filters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.drives import TUNED, Drive, LowPass, Notch, why_wrong
+from symoro_elastic.machine.formula import FormulaError
+
+ROOT_2 = 2**0.5
+
+
+def laplace(frequencies: Array) -> ComplexArray:
+    """Return s = 2 pi i f."""
+    return (2j * np.pi * frequencies).astype(complex)
+
+
+@dataclass(frozen=True)
+class Biquad:
+    """(s^2 + 2 a w s + w^2)/(s^2 + 2 b w s + w^2), or without s^2 and s above where it is `low`; w = 2 pi f."""
+
+    name: str
+    frequency: float
+    above: float
+    below: float
+    low: bool = False
+
+    @property
+    def time(self) -> float:
+        """Its time, 1/w, s."""
+        return 1 / self.w
+
+    @property
+    def w(self) -> float:
+        """The angular frequency, rad/s."""
+        return 2 * np.pi * self.frequency
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Return its response."""
+        return self._above(s) / self._below(s)
+
+    def slope(self, s: ComplexArray) -> ComplexArray:
+        """Return the derivative of the logarithm of its response by that of its frequency."""
+        above = 2 * self.w if self.low else 2 * self.above * s + 2 * self.w
+        change = above / self._above(s) - (2 * self.below * s + 2 * self.w) / self._below(s)
+        return self.w * change
+
+    def _above(self, s: ComplexArray) -> ComplexArray:
+        if self.low:
+            return np.full_like(s, self.w**2)
+        return s * s + 2 * self.above * self.w * s + self.w**2
+
+    def _below(self, s: ComplexArray) -> ComplexArray:
+        return s * s + 2 * self.below * self.w * s + self.w**2
+
+
+@dataclass(frozen=True)
+class FirstOrder:
+    """1/(1 + T s): a lag, or a low-pass filter of order 1."""
+
+    name: str
+    time: float
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Return its response."""
+        return 1 / (1 + self.time * s)
+
+    def slope(self, s: ComplexArray) -> ComplexArray:
+        """Return the derivative of the logarithm of its response by that of its time."""
+        return -self.time * s / (1 + self.time * s)
+
+
+@dataclass(frozen=True)
+class DeadTime:
+    """e^(-s Td)."""
+
+    name: str
+    time: float
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Return its response."""
+        return np.exp(-s * self.time)
+
+    def slope(self, s: ComplexArray) -> ComplexArray:
+        """Return the derivative of the logarithm of its response by that of its time."""
+        return -s * self.time
+
+
+@dataclass(frozen=True)
+class Hold:
+    """(1 - e^(-s T))/(s T): a torque that is held over a period."""
+
+    name: str
+    time: float
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Return its response."""
+        turned = s * self.time
+        small = np.abs(turned) < 1e-6
+        exact = -np.expm1(-turned) / np.where(small, 1, turned)
+        return np.where(small, 1 - turned / 2, exact)
+
+    def slope(self, s: ComplexArray) -> ComplexArray:
+        """Return the derivative of the logarithm of its response by that of its period."""
+        turned = s * self.time
+        small = np.abs(turned) < 1e-6
+        exact = turned * np.exp(-turned) / np.where(small, 1, -np.expm1(-turned)) - 1
+        return np.where(small, -turned / 2, exact)
+
+
+Element = Biquad | FirstOrder | DeadTime | Hold
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """A drive with numbers: `Kp` in N m s/rad or N s/m, `Kv` in 1/s, `Tn` in s, infinite without integral part.
+
+    A gain that is sought is NaN. `path` are the elements between velocity controller and torque; `velocity_forward` is
+    a share, `acceleration_forward` an inertia.
+    """
+
+    motor: str
+    Kv: float
+    Kp: float
+    Tn: float
+    path: tuple[Element, ...]
+    velocity_forward: float = 1.0
+    acceleration_forward: float = 0.0
+    sought: tuple[str, ...] = ()
+
+    def with_gains(self, **gains: float) -> Cascade:
+        """Return the cascade with other gains."""
+        changes: dict[str, Any] = {**gains}
+        return replace(self, **changes)
+
+    def path_at(self, s: ComplexArray) -> ComplexArray:
+        """Return P(s)."""
+        found = np.ones_like(s)
+        for one in self.path:
+            found = found * one.at(s)
+        return found
+
+    def integral(self, s: ComplexArray) -> ComplexArray:
+        """Return 1 + 1/(Tn s)."""
+        return 1 + (1 / self.Tn) / s
+
+    def controller(self, s: ComplexArray) -> ComplexArray:
+        """Return C(s), from an error of velocity to torque."""
+        return self.Kp * self.integral(s) * self.path_at(s)
+
+    def forward(self, s: ComplexArray) -> ComplexArray:
+        """Return what a position that is set does to the torque: C (Kv + kfv s) + kfa P s^2."""
+        shares = self.controller(s) * (self.Kv + self.velocity_forward * s)
+        return shares + self.acceleration_forward * self.path_at(s) * s * s
+
+
+def cascade_of(motor: str, drive: Drive, values: Mapping[str, float], source: str) -> Cascade:
+    """Return a drive with the values of its formulas; raises `InputError` for numbers that no drive has."""
+    numbers = {key: _value(motor, key, formula.value, values, source) for key, formula in drive.formulas}
+    sought = tuple(key for key in ("Kp", "Tn", "Kv") if getattr(drive, key) is TUNED)
+    gains = {key: numbers.get(key, np.nan) for key in ("Kv", "Kp", "Tn")}
+    if drive.Tn is None:
+        gains["Tn"] = np.inf
+    shares = (numbers["feed_forward, velocity"], numbers["feed_forward, acceleration"])
+    return Cascade(motor, gains["Kv"], gains["Kp"], gains["Tn"], tuple(_path(drive, numbers)), *shares, sought)
+
+
+def _value(
+    motor: str, key: str, value_of: Callable[[Mapping[str, float]], float], values: Mapping[str, float], source: str
+) -> float:
+    try:
+        x = float(value_of(values))
+        reason = why_wrong(key, x)
+    except FormulaError as error:
+        reason = str(error)
+    if reason:
+        raise InputError(source, f"drives, {motor}, {key}", reason)
+    return x
+
+
+def _path(drive: Drive, numbers: Mapping[str, float]) -> Iterator[Element]:
+    """Yield the elements of the torque's path that do something."""
+    period = numbers.get("period", 0.0)
+    if dead := numbers.get("dead_time", period):
+        yield DeadTime("dead time", dead)
+    if period:
+        yield Hold("period", period)
+    if numbers["current, lag"]:
+        yield FirstOrder("lag of the current loop", numbers["current, lag"])
+    for k, one in enumerate(drive.filters, start=1):
+        f = numbers[f"filter {k}, frequency"]
+        if isinstance(one, Notch):
+            shape = (numbers[f"filter {k}, depth"], numbers[f"filter {k}, width"])
+            yield Biquad(f"notch at {f:g} Hz", f, *shape)
+        elif isinstance(one, LowPass) and one.order == 1:
+            yield FirstOrder(f"low-pass filter at {f:g} Hz", 1 / (2 * np.pi * f))
+        else:
+            yield Biquad(f"low-pass filter at {f:g} Hz", f, 0.0, ROOT_2 / 2, low=True)
+
+
+# As linear systems
+
+
+@dataclass(frozen=True)
+class System:
+    """x' = A x + B u, y = C x + D u, of one input and one output."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: float
+
+    @classmethod
+    def gain(cls, D: float) -> System:
+        """Return a system without states."""
+        return cls(np.zeros((0, 0)), np.zeros(0), np.zeros(0), D)
+
+    def then(self, other: System) -> System:
+        """Return the system whose output is that of `other` to its own."""
+        n, m = len(self.B), len(other.B)
+        A = np.block([[self.A, np.zeros((n, m))], [np.outer(other.B, self.C), other.A]])
+        B = np.concatenate([self.B, other.B * self.D])
+        return System(A, B, np.concatenate([other.D * self.C, other.C]), self.D * other.D)
+
+
+def system_of(path: tuple[Element, ...]) -> System:
+    """Return P as a linear system: dead times and holds by one approximation of Pade of order 2 of their sum.
+
+    A hold counts half of its period.
+    """
+    delay = sum(one.time for one in path if isinstance(one, DeadTime))
+    delay += sum(one.time / 2 for one in path if isinstance(one, Hold))
+    found = _pade(delay) if delay else System.gain(1.0)
+    for one in path:
+        if isinstance(one, FirstOrder):
+            rate = 1 / one.time
+            found = found.then(System(np.array([[-rate]]), np.array([rate]), np.array([1.0]), 0.0))
+        elif isinstance(one, Biquad):
+            found = found.then(_biquad(one))
+    return found
+
+
+def _pade(delay: float) -> System:
+    """(1 - d s/2 + (d s)^2/12)/(1 + d s/2 + (d s)^2/12), with states scaled by the delay."""
+    a, b = 12 / delay, 6 / delay
+    A = np.array([[0.0, a], [-1 / delay, -b]])
+    return System(A, np.array([0.0, 1 / delay]), np.array([0.0, -12.0]), 1.0)
+
+
+def _biquad(one: Biquad) -> System:
+    w = one.w
+    A = np.array([[0.0, w], [-w, -2 * one.below * w]])
+    if one.low:
+        return System(A, np.array([0.0, w]), np.array([1.0, 0.0]), 0.0)
+    return System(A, np.array([0.0, w]), np.array([0.0, 2 * (one.above - one.below)]), 1.0)

@@ -1,0 +1,127 @@
+"""All closed loops as one linear system, x' = A x + B_0 r + B_1 rd + B_2 rdd + E f, with x = [q; qd; drives].
+
+Dead times are approximations of Pade of order 2 here, a hold is half a period more; frequency responses have them
+exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.analysis.control.cascade import Cascade, System, system_of
+from symoro_elastic.analysis.control.plant import Plant
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """The system of a plant with loops that are closed: A, and the columns of set points and of forces.
+
+    `by_set_point` are B_0, B_1, B_2 (states, axes), of the set point and its two rates, `by_force` M^-1 (states, n).
+    Coordinates are those of the `free` motions of the plant.
+    """
+
+    A: Array
+    by_set_point: tuple[Array, Array, Array]
+    by_force: Array
+    motors: tuple[str, ...]
+    free: Array
+
+    @property
+    def poles(self) -> ComplexArray:
+        """The eigenvalues of A, 1/s."""
+        found: ComplexArray = np.linalg.eigvals(self.A).astype(complex)
+        return found
+
+    def is_stable(self, slow: float = 0.0) -> bool:
+        """Whether all poles decay; those nearer to zero than `slow`, 1/s, do not count."""
+        poles = self.poles
+        counted = poles[np.abs(poles) > slow]
+        return bool((counted.real < 0).all())
+
+    @property
+    def growth(self) -> float:
+        """The largest real part of a pole, 1/s: negative where all decay."""
+        return float(self.poles.real.max())
+
+    def velocity_error(self, motor: str, position: Array) -> float:
+        """Return what a position (n,) is behind the set point of a motor, by its velocity, s: -dT/ds at 0."""
+        axis, row = self.motors.index(motor), self._row(position)
+        first, second = (columns[:, axis] for columns in self.by_set_point[:2])
+        once = np.linalg.solve(self.A, first)
+        return float(row @ (np.linalg.solve(self.A, once) + np.linalg.solve(self.A, second)))
+
+    def static_compliance(self, row: Array, force: Array) -> float:
+        """Return the displacement row q by a force (n,) at rest."""
+        return float(-self._row(row) @ np.linalg.solve(self.A, self.by_force @ force))
+
+    def _row(self, row: Array) -> Array:
+        """A row over the states, from one over q."""
+        own = row @ self.free
+        return np.concatenate([own, np.zeros(len(self.A) - len(own))])
+
+
+def closed_loop(plant: Plant, cascades: Sequence[Cascade]) -> ClosedLoop:
+    """Return the system of a plant with the loops of these drives closed."""
+    linear, N = plant.linear, plant.free
+    n, parts = N.shape[1], [_drive(one) for one in cascades]
+    total = 2 * n + sum(len(part.A) for part in parts)
+    inverse = np.linalg.inv(N.T @ linear.M @ N)
+    A = np.zeros((total, total))
+    A[:n, n : 2 * n] = np.eye(n)
+    A[n : 2 * n, : 2 * n] = -inverse @ np.hstack([N.T @ linear.K @ N, N.T @ linear.D @ N])
+    columns = tuple(np.zeros((total, len(cascades))) for _ in range(3))
+    by_force = np.vstack([np.zeros((n, len(N))), inverse @ N.T, np.zeros((total - 2 * n, len(N)))])
+    first = 2 * n
+    for k, (one, part) in enumerate(zip(cascades, parts, strict=True)):
+        axis, own = plant.axes[one.motor], slice(first, first + len(part.A))
+        position, velocity = axis.position @ N, axis.velocity @ N
+        seen = np.concatenate([position, velocity])
+        A[own, own] = part.A
+        A[own, :n] -= np.outer(part.by_position, position)
+        A[own, n : 2 * n] -= np.outer(part.by_velocity, velocity)
+        push = inverse @ velocity
+        A[n : 2 * n, own] = np.outer(push, part.C)
+        gains = np.repeat([part.through[0], part.through[1]], n)
+        A[n : 2 * n, : 2 * n] -= np.outer(push, gains * seen)
+        rates = (part.by_position, part.by_set_velocity, part.by_set_acceleration)
+        for column, into, through in zip(columns, rates, part.of_set_point, strict=True):
+            column[own, k] = into
+            column[n : 2 * n, k] = push * through
+        first = own.stop
+    motors = tuple(one.motor for one in cascades)
+    return ClosedLoop(A, (columns[0], columns[1], columns[2]), by_force, motors, N)
+
+
+@dataclass(frozen=True)
+class _Drive:
+    """A drive as a system: states by r - p, by rd - v, by rates of the set point; what goes straight to the torque."""
+
+    A: Array
+    C: Array
+    by_position: Array
+    by_velocity: Array
+    by_set_velocity: Array
+    by_set_acceleration: Array
+    through: tuple[float, float]
+    of_set_point: tuple[float, float, float]
+
+
+def _drive(one: Cascade) -> _Drive:
+    """From the error of velocity e to torque: Kp (1 + 1/(Tn s)) and the path; e = Kv (r - p) + kfv rd - v."""
+    if one.Tn < np.inf:
+        pi = System(np.zeros((1, 1)), np.array([1.0]), np.array([one.Kp / one.Tn]), one.Kp)
+    else:
+        pi = System.gain(one.Kp)
+    path = system_of(one.path)
+    whole = pi.then(path)
+    fed = np.concatenate([np.zeros(len(pi.B)), path.B]) * one.acceleration_forward
+    kfv = one.velocity_forward
+    return _Drive(
+        *(whole.A, whole.C, one.Kv * whole.B, whole.B, kfv * whole.B, fed),
+        through=(one.Kv * whole.D, whole.D),
+        of_set_point=(one.Kv * whole.D, kfv * whole.D, one.acceleration_forward * path.D),
+    )

@@ -1,0 +1,47 @@
+"""Drives around a machine: control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING
+
+from symoro_elastic.api.declaration import operation
+from symoro_elastic.api.options import Controlling
+from symoro_elastic.api.rows import MachineLike
+from symoro_elastic.api.scenes import kept_machine
+from symoro_elastic.foundation.errors import InputError
+
+if TYPE_CHECKING:
+    from symoro_elastic.analysis.control.control import Control
+
+
+@operation(Controlling)
+def control(machine: MachineLike, options: Controlling) -> Control:
+    """Return margins, bandwidths and what limits each gain of the drives of a machine; finds gains that are sought.
+
+    Raises
+    ------
+    InputError
+        Where the machine has no drives, for gains that are sought and that nothing limits, for modes without damping
+        where gains are sought, and without equilibrium.
+    """
+    from symoro_elastic.analysis.control.control import control_at
+    from symoro_elastic.analysis.control.tuning import Distances
+    from symoro_elastic.numerics.motion.equations_of_motion import motion_of
+    from symoro_elastic.numerics.motion.equilibrium import equilibrium
+
+    kept = kept_machine(machine, options.scene)
+    motion = motion_of(kept, dict(options.values), (), options.compliances)
+    places = _places(options.along, options.at, motion.source)
+    states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
+    distances = Distances(options.modulus, options.position_modulus)
+    return control_at(motion, states, distances, options.damping, options.tune, options.compliances, options.progress)
+
+
+def _places(along: Mapping[str, Sequence[float]], at: Mapping[str, float], source: str) -> list[dict[str, float]]:
+    """Return all positions of a grid; the given one where there is none."""
+    for name in along:
+        if name in at:
+            raise InputError(source, "--along", f"{name} is at {at[name]:g} by --at: remove one of the two")
+    return [dict(zip(along, place, strict=True)) for place in product(*along.values())] if along else [dict(at)]

@@ -1,0 +1,41 @@
+"""The command about drives: control."""
+
+from __future__ import annotations
+
+import click
+
+from symoro_elastic.api.options import Controlling
+from symoro_elastic.api.rows import WRITABLE
+from symoro_elastic.cli.listed import command
+from symoro_elastic.cli.options import JSON, MACHINE, OutputMachine, Plots, call, draws, takes, writes
+from symoro_elastic.cli.output import print_result, progress_bar
+from symoro_elastic.cli.reading import read, scene_of
+
+
+@command("control")
+@MACHINE
+@takes(Controlling)
+@click.option(
+    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the gains: {', '.join(WRITABLE)}."
+)
+@draws
+@writes
+@JSON
+def control(machine: str, options: Controlling, save: str | None, plots: Plots, as_json: bool) -> None:
+    """Margins, bandwidth and compliance with the loops of [drives] closed, and the spring, mass, lag or dead time that
+    limits each gain; gains that the file calls "tuned" are found.
+    """
+    from symoro_elastic.analysis.control.control import with_gains
+    from symoro_elastic.api import control as operations
+    from symoro_elastic.formats import write_machine
+
+    whole = read(machine)
+    scene_of(whole, options.scene)
+    with progress_bar("control") as progress:
+        found = call(operations.control, whole, options, progress=progress)
+    if save:
+        write_machine(with_gains(whole, found), save)
+    print_result(found, as_json, **({"written": save} if save else {}))
+    if save and not as_json:
+        click.echo(f"wrote {save}")
+    plots.write(found.plot)

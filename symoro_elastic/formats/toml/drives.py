@@ -1,0 +1,203 @@
+"""The table [drives] of a machine file: the controllers of its motors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from symoro_elastic.formats.toml.key import FORMULA, TEXT, WHOLE, Key, Section, Type, reference_to
+from symoro_elastic.formats.toml.tables import Number, Table
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.drives import (
+    MOTOR,
+    ONE,
+    TUNED,
+    Drive,
+    Drives,
+    Filter,
+    Gain,
+    LowPass,
+    Notch,
+    gain_unit,
+    why_wrong,
+)
+from symoro_elastic.machine.formula import ZERO, FormulaError
+from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.names import did_you_mean, quote
+
+HEADING = "drives"
+
+
+def _gain(table: Table, key: str) -> Gain:
+    """A number or formula, or the word that leaves a gain to tuning."""
+    given = table.entries[key]
+    return TUNED if given == str(TUNED) and not isinstance(given, Number) else table.formula(key)
+
+
+GAIN = Type(f'number, formula, or "{TUNED}"', {"anyOf": [{"const": str(TUNED)}, reference_to("formula")]}, _gain)
+CURRENT = Section("current of [drives]", "Current loop.", (
+    Key("lag", FORMULA, "time constant of torque behind its set point", "2e-4", default=ZERO, otherwise="0", unit="s"),
+))  # fmt: skip
+FEED_FORWARD = Section(
+    "feed_forward of [drives]",
+    "Shares of the set point's rates that are fed forward.",
+    (
+        Key("velocity", FORMULA, "share of the velocity", "1", default=ONE, otherwise="1"),
+        Key(
+            *("acceleration", FORMULA, "torque by the acceleration: the inertia that the motor moves", "0.02"),
+            default=ZERO,
+            otherwise="0",
+            unit="kg m2 or kg",
+        ),
+    ),
+)
+NOTCH, DEPTH, WIDTH = (
+    Key("notch", FORMULA, "frequency that a notch takes out", "120", otherwise="lowpass", unit="Hz"),
+    Key("depth", FORMULA, "damping ratio of the zeros of a notch", "0.05", otherwise="of a notch"),
+    Key("width", FORMULA, "damping ratio of its poles", "0.5", otherwise="of a notch"),
+)
+LOWPASS, ORDER = (
+    Key("lowpass", FORMULA, "frequency of a low-pass filter", "400", otherwise="notch", unit="Hz"),
+    Key("order", WHOLE, "order of a low-pass filter, 1 or 2", "2", default=1, otherwise="1"),
+)
+FILTERS = Section(
+    "filters of [drives]",
+    "Filters of the torque: notches (s^2 + 2 depth w s + w^2)/(s^2 + 2 width w s + w^2), low-pass filters w/(s + w) or "
+    "w^2/(s^2 + sqrt(2) w s + w^2), with w = 2 pi times the frequency.",
+    (NOTCH, DEPTH, WIDTH, LOWPASS, ORDER),
+    rows=True,
+)
+KV, KP, TN = (
+    Key("Kv", GAIN, "gain of the position controller", "30", unit="1/s"),
+    Key("Kp", GAIN, "gain of the velocity controller", "3.7e4", unit="N m s/rad or N s/m"),
+    Key("Tn", GAIN, "integral time of the velocity controller", "0.02", otherwise="no integral part", unit="s"),
+)
+MEASURED, DEAD_TIME, PERIOD = (
+    Key(
+        "measured", TEXT, "signal that the position controller reads", '"ram.q"', default=MOTOR, otherwise=f'"{MOTOR}"'
+    ),
+    Key("dead_time", FORMULA, "time after which torque follows", "1.5e-4", otherwise="the period, else 0", unit="s"),
+    Key("period", FORMULA, "period of a sampled controller", "1.25e-4", otherwise="continuous", unit="s"),
+)
+DRIVES = Section(
+    f"[{HEADING}]",
+    "Controllers of the motors: a position controller Kv around a velocity controller Kp (1 + 1/(Tn s)) around a "
+    "current loop. Gains belong to the variable of the joint: those of the rotor's own axis are Kp/ratio^2. No model "
+    "depends on them: `control` takes them.",
+    (
+        *(KV, KP, TN),
+        Key("current", CURRENT.type, CURRENT.meaning, "{ lag = 2e-4 }", otherwise="no lag"),
+        Key("feed_forward", FEED_FORWARD.type, FEED_FORWARD.meaning, "{ velocity = 1 }", otherwise="velocity = 1"),
+        Key("filters", FILTERS.type, FILTERS.meaning, "[{ lowpass = 400, order = 2 }]", otherwise="none"),
+        *(MEASURED, DEAD_TIME, PERIOD),
+    ),
+    "motor",
+)
+OF_DRIVES = (DRIVES, CURRENT, FEED_FORWARD, FILTERS)
+"""The tables about drives, in the order of the reference."""
+
+
+# Reading
+
+
+def drives_of(top: Table, machine: Machine) -> Drives:
+    """The drives in the top table of a file; raises `InputError`."""
+    table = top.table(HEADING)
+    return Drives({name: _drive(table, name, machine) for name in table.entries})
+
+
+def _drive(table: Table, name: str, machine: Machine) -> Drive:
+    joints = {joint.name: joint for joint in machine.joints}
+    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR or joint in machine.motor_joints]
+    if name not in joints:
+        raise InputError(table.source, HEADING, f"no joint {quote(name)}{did_you_mean(name, motors)}")
+    if name not in motors:
+        known = ", ".join(motors) or "this machine has none"
+        raise InputError(table.source, f"{HEADING}, {name}", f"{name} has no motor; motors are {known}")
+    entry = table.table(name).only(DRIVES.names)
+    gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}
+    current, fed = CURRENT.within(entry.table("current")), FEED_FORWARD.within(entry.table("feed_forward"))
+    drive = Drive(
+        Kv=gains["Kv"].read(entry),
+        Kp=gains["Kp"].read(entry),
+        Tn=gains["Tn"].read(entry) if "Tn" in entry.entries else None,
+        lag=current["lag"],
+        velocity_forward=fed["velocity"],
+        acceleration_forward=fed["acceleration"],
+        filters=tuple(_filters(entry)),
+        measured=MEASURED.read(entry),
+        dead_time=DEAD_TIME.read(entry) if DEAD_TIME.name in entry.entries else None,
+        period=PERIOD.read(entry) if PERIOD.name in entry.entries else None,
+    )
+    _refuse_wrong(drive, entry, machine)
+    return drive
+
+
+def _filters(entry: Table) -> Iterator[Filter]:
+    for k, row in enumerate(entry.tables("filters"), start=1):
+        one = replace(row.only(FILTERS.names), place=f"{entry.place}, filter {k}")
+        kinds = [key.name for key in (NOTCH, LOWPASS) if key.name in one.entries]
+        if len(kinds) != 1:
+            raise one.fail("notch, lowpass", f"give one of them, not {'both' if kinds else 'none'}")
+        yield _notch(one) if kinds == [NOTCH.name] else _low_pass(one)
+
+
+def _notch(one: Table) -> Notch:
+    of = one.only((NOTCH.name, DEPTH.name, WIDTH.name))
+    missing = next((key.name for key in (DEPTH, WIDTH) if key.name not in of.entries), "")
+    if missing:
+        raise of.fail(missing, "is missing: a notch has a depth and a width, as 0.05 and 0.5")
+    return Notch(NOTCH.read(of), DEPTH.read(of), WIDTH.read(of))
+
+
+def _low_pass(one: Table) -> LowPass:
+    of = one.only((LOWPASS.name, ORDER.name))
+    order: int = ORDER.read(of)
+    if order not in (1, 2):
+        raise of.fail(ORDER.name, f"{order}: a low-pass filter is of order 1 or 2")
+    return LowPass(LOWPASS.read(of), order)
+
+
+def _refuse_wrong(drive: Drive, entry: Table, machine: Machine) -> None:
+    """Raise `InputError` for names that are no parameters, and for numbers that no drive has."""
+    known = {parameter.name for parameter in machine.parameters}
+    for key, formula in drive.formulas:
+        for name in sorted(formula.names - known):
+            raise entry.fail(key, f"{quote(name)} is not declared in [parameters]{did_you_mean(name, known)}")
+        if formula.names:
+            continue
+        try:
+            reason = why_wrong(key, formula.table_value())
+        except FormulaError as error:
+            reason = str(error)
+        if reason:
+            raise entry.fail(key, reason)
+
+
+# Writing
+
+
+def entries_of_drive(drive: Drive) -> dict[str, Any]:
+    """The entries of a drive: formulas, texts, whole numbers, tables and lists of them."""
+    found: dict[str, Any] = {"Kv": drive.Kv, "Kp": drive.Kp}
+    found |= {"Tn": drive.Tn} if drive.Tn is not None else {}
+    found |= {"current": {"lag": drive.lag}} if drive.lag != ZERO else {}
+    fed = (("velocity", drive.velocity_forward, ONE), ("acceleration", drive.acceleration_forward, ZERO))
+    shares = {key: x for key, x, usual in fed if x != usual}
+    found |= {"feed_forward": shares} if shares else {}
+    found |= {"filters": [_entries_of_filter(one) for one in drive.filters]} if drive.filters else {}
+    found |= {"measured": drive.measured} if drive.measured != MOTOR else {}
+    timed = (("dead_time", drive.dead_time), ("period", drive.period))
+    return found | {key: x for key, x in timed if x is not None}
+
+
+def _entries_of_filter(one: Filter) -> Mapping[str, Any]:
+    if isinstance(one, Notch):
+        return {"notch": one.frequency, "depth": one.depth, "width": one.width}
+    return {"lowpass": one.frequency, **({"order": one.order} if one.order != 1 else {})}
+
+
+def drives_by_motor(drives: Drives) -> Iterable[tuple[str, Mapping[str, Any]]]:
+    """The entries of all drives by the names of their motors."""
+    return ((name, entries_of_drive(one)) for name, one in drives.by_motor.items())

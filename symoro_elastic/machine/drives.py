@@ -1,0 +1,122 @@
+"""Drives of a machine: the cascade of controllers at each motor, between its set point and its torque.
+
+    e     = Kv (r - q_m) + kfv rd - qd_m                               position controller
+    tau_u = Kp (e + (1/Tn) int e dt) + kfa J rdd                       velocity controller
+    tau   = e^(-s Td) hold(s) / (1 + lag s) filters(s) tau_u           dead time, sampling, current loop
+
+They stand beside mechanics, as limits do: models do not depend on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.machine import Joint, Machine
+
+ONE = Formula.parse(1)
+MOTOR = "motor"
+"""Stands for the encoder of the motor itself."""
+
+
+class Sought(Enum):
+    """A gain that is not given: tuning finds it."""
+
+    TUNED = "tuned"
+
+    def __str__(self) -> str:
+        return self.value
+
+
+TUNED = Sought.TUNED
+Gain = Formula | Sought
+
+
+@dataclass(frozen=True)
+class Notch:
+    """(s^2 + 2 depth w s + w^2) / (s^2 + 2 width w s + w^2), with w = 2 pi times the frequency in Hz."""
+
+    frequency: Formula
+    depth: Formula
+    width: Formula
+
+
+@dataclass(frozen=True)
+class LowPass:
+    """w/(s + w), or w^2/(s^2 + sqrt(2) w s + w^2) of order 2, with w = 2 pi times the frequency in Hz."""
+
+    frequency: Formula
+    order: int = 1
+
+
+Filter = Notch | LowPass
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The cascade of one motor; gains belong to the variable of its joint, not to the axis of its rotor.
+
+    `Kv` 1/s, `Kp` N m s/rad or N s/m, `Tn` s (None: no integral part), `lag` s of the current loop, `dead_time` s
+    (None: a period where there is one), `period` s of a sampled controller. `measured` is the signal of the position
+    that is controlled, `MOTOR` for the encoder of the motor; its velocity is always that of the motor.
+    """
+
+    Kv: Gain
+    Kp: Gain
+    Tn: Gain | None = None
+    lag: Formula = ZERO
+    velocity_forward: Formula = ONE
+    acceleration_forward: Formula = ZERO
+    filters: tuple[Filter, ...] = ()
+    measured: str = MOTOR
+    dead_time: Formula | None = None
+    period: Formula | None = None
+
+    @property
+    def formulas(self) -> Iterator[tuple[str, Formula]]:
+        """Its numbers, with the keys under which they stand in a file."""
+        gains = (("Kv", self.Kv), ("Kp", self.Kp), ("Tn", self.Tn))
+        yield from ((key, gain) for key, gain in gains if isinstance(gain, Formula))
+        yield "current, lag", self.lag
+        yield "feed_forward, velocity", self.velocity_forward
+        yield "feed_forward, acceleration", self.acceleration_forward
+        for k, one in enumerate(self.filters, start=1):
+            of_filter = ("frequency", "depth", "width") if isinstance(one, Notch) else ("frequency",)
+            yield from ((f"filter {k}, {key}", getattr(one, key)) for key in of_filter)
+        yield from ((key, x) for key in ("dead_time", "period") if (x := getattr(self, key)) is not None)
+
+
+@dataclass(frozen=True)
+class Drives:
+    """The drives of a machine by the names of the joints of their motors."""
+
+    by_motor: Mapping[str, Drive] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        """Whether there are any."""
+        return bool(self.by_motor)
+
+
+def within_motors(drives: Drives, machine: Machine) -> Drives:
+    """Return the drives of the motors that a machine still has."""
+    names = {joint.name for joint in machine.motor_joints}
+    return Drives({name: one for name, one in drives.by_motor.items() if name in names})
+
+
+def gain_unit(key: str, joint: Joint) -> str:
+    """Return the unit of a gain, "Kv", "Kp" or "Tn", of the drive of a joint."""
+    slides = joint.sigma == 1
+    return {"Kv": "1/s", "Kp": "N s/m" if slides else "N m s/rad", "Tn": "s"}[key]
+
+
+POSITIVE = ("Kv", "Kp", "Tn", "period")
+"""Keys whose numbers are above zero; frequencies and widths of filters, too. No other is negative."""
+
+
+def why_wrong(key: str, x: float) -> str:
+    """Return why a number under a key is none that a drive can have; empty where it is."""
+    if (key in POSITIVE or key.endswith(("frequency", "width"))) and not x > 0:
+        return f"{x:g} is not above zero"
+    return f"{x:g} is negative" if x < 0 else ""
