@@ -30,6 +30,7 @@ from tests.golden import ROOT
 pytest.importorskip("scipy")
 
 PLANAR = str(ROOT / "examples" / "planar_2r.toml")
+BALL_SCREW = str(ROOT / "examples" / "ball_screw.toml")
 PENDULUM: dict[str, Any] = {
     "name": "pendulum",
     "gravity": (0.0, 0.0, -9.81),
@@ -79,6 +80,7 @@ def _generated(folder: Path) -> Any:
 MADE: dict[str, Callable[[Path], Any]] = {
     "Comparison": lambda _: se.compare(DRIVE),
     "CodeReport": lambda folder: _generated(folder).reports[0],
+    "Control": lambda _: se.control(BALL_SCREW, damping=0.01),
     "DescribedMachine": lambda _: se.read(PLANAR),
     "Equations": lambda _: se.equations(PENDULUM, "inertia_matrix"),
     "ExcitingTrajectory": lambda _: _excited(),

@@ -17,7 +17,19 @@ from tests.golden import ROOT
 
 pytestmark = pytest.mark.sampled(5)
 
-PAGES = ("index", "machine_tool", "identification", "robots", "cpp", "cuda", "fmu", "sweeps", "batches", "guarantees")
+PAGES = (
+    "index",
+    "machine_tool",
+    "identification",
+    "robots",
+    "cpp",
+    "cuda",
+    "fmu",
+    "sweeps",
+    "batches",
+    "guarantees",
+    "drives",
+)
 NEEDED = {"robots": ("mujoco",), "fmu": ("fmpy",)}
 ELSEWHERE = {
     "backends": "test_backends_page",

@@ -79,6 +79,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("--hold", "all", "--input", "b.fx", "--output", "b.x", "--band", "1:9:3"),
     ),
     "compare": (("--duration", "0.01"),),
+    "control": ((), ("--tune", "--along", "a=0:1:2")),
     "simulate": (("--scene", "motion.toml", "--step", "0.01"), ("--scene", "motion.toml", "--adaptive")),
     "ladder": (("--scene", "motion.toml"),),
     "sweep": (
@@ -167,6 +168,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),
     "certify": ("--model", "inverse_dynamics"),
     "singularities": ("--component", "tip.x", "--component", "tip.y"),
+    "control": ("--damping", "0.02"),
     "trade": ("--effort", "quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),
     "ladder": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml")),

@@ -14,6 +14,7 @@ from symoro_elastic.analysis.time_series.named_columns import NAMED_COLUMNS, Nam
 from symoro_elastic.formats import read_machine, read_scene
 from symoro_elastic.formats.par import syntax as par_syntax
 from symoro_elastic.formats.par.keys import KEYS
+from symoro_elastic.formats.toml import drives as drive_keys
 from symoro_elastic.formats.toml import keys as toml_keys
 from symoro_elastic.formats.toml import motion_keys
 from symoro_elastic.formats.toml.key import Section
@@ -40,6 +41,9 @@ def test_every_row_says_what_it_means() -> None:
     assert all(key.meaning and key.example and key.default for key in KEYS)
 
 
+OF_DRIVE = {"current": drive_keys.CURRENT, "feed_forward": drive_keys.FEED_FORWARD}
+
+
 def used(name: str) -> dict[str, Any]:
     return tomllib.loads((EXAMPLES / name).read_text(encoding="utf-8"))
 
@@ -54,6 +58,10 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         for section in toml_keys.OF_JOINTS:
             yield from ((toml_keys.section_of(section), entry) for entry in top.get(section, {}).values())
         yield from ((toml_keys.LIMITS, entry) for entry in top.get("limits", {}).values())
+        for drive in top.get("drives", {}).values():
+            yield drive_keys.DRIVES, drive
+            yield from ((part, drive.get(key, {})) for key, part in OF_DRIVE.items())
+            yield from ((drive_keys.FILTERS, entry) for entry in drive.get("filters", ()))
         yield from ((toml_keys.LOOPS, entry) for entry in top.get("loops", {}).values())
         yield toml_keys.BASE, top.get("base", {})
         yield SCENE, top.get("scene", {})

@@ -123,6 +123,11 @@ class Control(Result):
         return tuple(axis.cascade for axis in self.places[0].axes)
 
     @property
+    def loops(self) -> tuple[ClosedLoop, ...]:
+        """All loops closed, as one linear system at each position."""
+        return tuple(closed_loop(plant, self.cascades) for plant in self.plants)
+
+    @property
     def headline(self) -> str:
         """Machine, axes and positions."""
         axes = ", ".join(one.motor for one in self.cascades)

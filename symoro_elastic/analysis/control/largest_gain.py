@@ -69,12 +69,11 @@ def largest_gain(
     """
     low, high = forbidden(*terms(frequencies), modulus)
     for lower, upper in gaps(low, high):
-        probe = upper / 2 if lower == 0 and upper < np.inf else np.sqrt(lower * upper) if upper < np.inf else 2 * lower
-        if upper - lower <= LEAST * upper or not is_stable(probe or 1.0):
+        is_open = upper == np.inf
+        inside = (2 * lower or 1.0) if is_open else np.sqrt(lower * upper) or upper / 2
+        if (not is_open and upper - lower <= LEAST * upper) or not is_stable(inside):
             continue
-        if upper == np.inf:
-            return LargestGain(np.inf, np.nan)
-        return _refined(terms, frequencies, low, modulus, lower)
+        return LargestGain(np.inf, np.nan) if is_open else _refined(terms, frequencies, low, modulus, lower)
     return None
 
 

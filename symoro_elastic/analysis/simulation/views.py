@@ -183,6 +183,7 @@ def _lines(found: Simulation) -> list[str]:
             "energies and torques are less accurate than the outputs: add torques (<motor>.tau) to the tolerances"
         )
     lines += map(str, found.beyond)
+    lines += _not_driven(found)
     lines += _creeping(found)
     if found.followed is not None:
         lines.append(f"vibrations above {found.followed:.4g} Hz are damped, not followed")
@@ -191,6 +192,13 @@ def _lines(found: Simulation) -> list[str]:
     for x in found.crossings:
         lines.append(f"{x.signal} crosses {x.level:g} {'upwards' if x.upwards else 'downwards'} at {x.t:.9g} s")
     return lines
+
+
+def _not_driven(found: Simulation) -> list[str]:
+    """Return that the drives of the file have no part in a motion, where it has any."""
+    driven = drives_of(found.reference.machine).by_motor
+    way = "follow exactly" if found.reference.servo is None else "have the servos of the motion"
+    return [f"{', '.join(driven)} {way}: [drives] are not simulated"] if driven else []
 
 
 def _creeping(found: Simulation) -> list[str]:

@@ -1,0 +1,88 @@
+"""A cascade as a function of frequency, as slopes, and as a linear system: three forms of one thing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from symoro_elastic.analysis.control.cascade import (
+    Biquad,
+    Cascade,
+    DeadTime,
+    Element,
+    FirstOrder,
+    Hold,
+    cascade_of,
+    laplace,
+    system_of,
+)
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.drives import TUNED, Drive, LowPass, Notch
+from symoro_elastic.machine.formula import Formula
+
+ELEMENTS: tuple[Element, ...] = (
+    *(DeadTime("dead time", 2e-4), Hold("period", 1.25e-4), FirstOrder("lag", 3e-4)),
+    *(Biquad("notch", 120.0, 0.05, 0.5), Biquad("low-pass", 400.0, 0.0, 2**-0.5, low=True)),
+)
+
+
+@pytest.mark.parametrize("one", ELEMENTS, ids=lambda one: one.name)
+def test_slopes_are_those_of_the_response(one: Element) -> None:
+    """d ln P/d ln p against a difference of fourth order, whose own error is some 1e-12."""
+    key = "frequency" if isinstance(one, Biquad) else "time"
+    s, value, step = laplace(np.array([1.0, 37.0, 119.0, 900.0])), getattr(one, key), 1e-4
+
+    def at(factor: float) -> np.ndarray:
+        changed = type(one)(**{**vars(one), key: value * np.exp(factor)})
+        return np.log(changed.at(s))
+
+    near, far = at(step) - at(-step), at(2 * step) - at(-2 * step)
+    assert np.allclose(one.slope(s), (8 * near - far) / (12 * step), rtol=1e-9, atol=1e-11)
+
+
+@pytest.mark.parametrize("one", [x for x in ELEMENTS if isinstance(x, FirstOrder | Biquad)], ids=lambda one: one.name)
+def test_systems_have_the_response(one: Element) -> None:
+    found = system_of((one, *ELEMENTS[3:]))
+    for s in (3 + 40j, 700j, 9000j):
+        by_states = found.C @ np.linalg.solve(s * np.eye(len(found.A)) - found.A, found.B) + found.D
+        assert np.isclose(by_states, np.prod([x.at(np.array([s]))[0] for x in (one, *ELEMENTS[3:])]), rtol=1e-12)
+
+
+def test_dead_times_are_approximated_to_the_fifth_order() -> None:
+    """That of Pade of order 2 differs from e^(-x) by x^5/720; a hold counts half its period."""
+    found = system_of(ELEMENTS[:2])
+    delay = 2e-4 + 1.25e-4 / 2
+    for x in (0.05, 0.2):
+        s = 1j * x / delay
+        by_states = found.C @ np.linalg.solve(s * np.eye(2) - found.A, found.B) + found.D
+        assert abs(by_states - np.exp(-1j * x)) == pytest.approx(x**5 / 720, rel=0.05)
+
+
+def test_a_small_hold_is_one() -> None:
+    tiny, small = Hold("period", 1e-4).at(laplace(np.array([1e-4, 1.59]))), Hold("period", 1e-4)
+    assert np.allclose(tiny, 1, atol=1e-3)
+    around = small.at(laplace(np.array([1e-6 / 2e-4 / np.pi * k for k in (0.999, 1.001)])))
+    assert abs(around[0] - around[1]) < 1e-8
+
+
+def test_numbers_of_a_file() -> None:
+    f = Formula.parse
+    drive = Drive(
+        f("K"), TUNED, f("0.02"), f("2e-4"), period=f("1e-4"), filters=(Notch(f("9"), f("0"), f("1")), LowPass(f("50")))
+    )
+    found = cascade_of("m", drive, {"K": 30.0}, "file")
+    assert (found.Kv, found.Tn, found.sought) == (30.0, 0.02, ("Kp",)) and np.isnan(found.Kp)
+    names = ["dead time", "period", "lag of the current loop", "notch at 9 Hz", "low-pass filter at 50 Hz"]
+    assert [one.name for one in found.path] == names
+    assert isinstance(found.path[0], DeadTime) and found.path[0].time == 1e-4, "a period where none is given"
+
+
+def test_values_of_parameters_that_no_drive_has_are_refused() -> None:
+    with pytest.raises(InputError, match=r"file: drives, m, Kv: -3 is not above zero"):
+        cascade_of("m", Drive(Formula.parse("K"), TUNED), {"K": -3.0}, "file")
+
+
+def test_the_set_point_is_followed_at_once_by_its_velocity() -> None:
+    """With kfv = 1 the torque of a set point is that of a motion: C (Kv + s)."""
+    one, s = Cascade("m", 30.0, 5.0, 0.02, ELEMENTS), laplace(np.array([3.0]))
+    assert np.allclose(one.forward(s), one.controller(s) * (30 + s))
