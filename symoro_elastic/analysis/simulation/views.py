@@ -16,6 +16,7 @@ from symoro_elastic.analysis.time_series.named_columns import ENERGY, POWER
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.results import Field, Part, Table, arrays_of, columns_of, declare, parts_of, table_of
+from symoro_elastic.machine.described import drives_of
 from symoro_elastic.models.motor_coordinates import dependent_motors
 from symoro_elastic.numerics.closed_positions import JointCoordinates
 from symoro_elastic.numerics.values import given_values
