@@ -88,7 +88,8 @@ class PrescribedMotion:
     """Motion of the motors over `duration` s: the sum of moves, wobbles and the record in `file`.
 
     `start` gives joints (motors, or others where the search for the equilibrium begins) their position, rad or m.
-    `servo` maps motors to their servos; where it is empty, motors follow exactly. `base` is None where the file says
+    `servo` maps motors to their servos; where it is empty, motors follow exactly, or have the drives of the machine if
+    `drives`. `base` is None where the file says
     nothing of a floating base. `source` is the file, and
     `place` the table in it, in which the motion stands.
     """
@@ -99,6 +100,7 @@ class PrescribedMotion:
     wobbles: tuple[Wobble, ...] = ()
     file: str = ""
     servo: dict[str, Servo] = field(default_factory=dict)
+    drives: bool = False
     forces: tuple[AppliedForce, ...] = ()
     base: BaseStart | None = None
     source: str = field(default="", compare=False)

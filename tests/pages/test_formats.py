@@ -68,6 +68,7 @@ def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
         yield from of_motion(top)
     yield SCENE, used("scenes/tool.toml") | used("scenes/puma_within.toml")
     yield from of_motion(used("scenes/two_axis_move.toml"))
+    yield from of_motion(used("scenes/ball_screw_drives.toml"))
 
 
 def of_motion(top: dict[str, Any]) -> Iterator[tuple[Section, dict[str, Any]]]:

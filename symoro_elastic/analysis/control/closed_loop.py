@@ -67,7 +67,7 @@ class ClosedLoop:
 def closed_loop(plant: Plant, cascades: Sequence[Cascade]) -> ClosedLoop:
     """Return the system of a plant with the loops of these drives closed."""
     linear, N = plant.linear, plant.free
-    n, parts = N.shape[1], [_drive(one) for one in cascades]
+    n, parts = N.shape[1], [drive_system(one) for one in cascades]
     total = 2 * n + sum(len(part.A) for part in parts)
     inverse = np.linalg.inv(N.T @ linear.M @ N)
     A = np.zeros((total, total))
@@ -97,8 +97,11 @@ def closed_loop(plant: Plant, cascades: Sequence[Cascade]) -> ClosedLoop:
 
 
 @dataclass(frozen=True)
-class _Drive:
-    """A drive as a system: states by r - p, by rd - v, by rates of the set point; what goes straight to the torque."""
+class DriveSystem:
+    """A drive as a linear system: states by r - p, rd - v and rates of the set point, what goes straight to torque.
+
+    `sizes` are those of its states where the motor is 1 rad or m behind, or 1 rad/s or m/s too slow.
+    """
 
     A: Array
     C: Array
@@ -108,10 +111,11 @@ class _Drive:
     by_set_acceleration: Array
     through: tuple[float, float]
     of_set_point: tuple[float, float, float]
+    sizes: Array
 
 
-def _drive(one: Cascade) -> _Drive:
-    """From the error of velocity e to torque: Kp (1 + 1/(Tn s)) and the path; e = Kv (r - p) + kfv rd - v."""
+def drive_system(one: Cascade) -> DriveSystem:
+    """Return a drive as a system: Kp (1 + 1/(Tn s)) and the path, from e = Kv (r - p) + kfv rd - v to torque."""
     if one.Tn < np.inf:
         pi = System(np.zeros((1, 1)), np.array([1.0]), np.array([one.Kp / one.Tn]), one.Kp)
     else:
@@ -120,8 +124,9 @@ def _drive(one: Cascade) -> _Drive:
     whole = pi.then(path)
     fed = np.concatenate([np.zeros(len(pi.B)), path.B]) * one.acceleration_forward
     kfv = one.velocity_forward
-    return _Drive(
+    return DriveSystem(
         *(whole.A, whole.C, one.Kv * whole.B, whole.B, kfv * whole.B, fed),
         through=(one.Kv * whole.D, whole.D),
         of_set_point=(one.Kv * whole.D, kfv * whole.D, one.acceleration_forward * path.D),
+        sizes=np.concatenate([np.ones(len(pi.A)), np.full(len(path.A), one.Kp)]),
     )

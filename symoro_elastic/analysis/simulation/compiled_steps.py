@@ -75,6 +75,7 @@ class CompiledSteps:
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
         """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
         refuse_still(reference)
+        refuse_drives(reference)
         if reference.loaded.forces != self.machine.forces:
             raise reference.prescribed.error("forces", "these steps were generated for a machine under other forces")
         h = reference.duration / steps
@@ -128,6 +129,13 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
     kp, kd = reference.servo
     found: Array = reference.start.torques + kp * (y - x) + kd * (yd - xd)
     return found
+
+
+def refuse_drives(reference: Reference) -> None:
+    """Raise `InputError` for motors with drives, whose states even steps and linear models of motions do not have."""
+    if reference.drives:
+        what = "motors with drives need steps that are adapted: simulate with --adaptive, or leave it out"
+        raise reference.prescribed.error("drives", what)
 
 
 def refuse_still(reference: Reference) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.polynomial import Polynomial
 
+from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
 from symoro_elastic.analysis.simulation.motor_coordinates import MotorCoordinates, with_motors_that_follow_exactly
 from symoro_elastic.analysis.simulation.moving_base import held_machine, rows, start_of_base
 from symoro_elastic.analysis.time_series.preparation import LONGEST_GAP
@@ -21,6 +22,8 @@ from symoro_elastic.analysis.vibration.reference_trajectory import ReferenceTraj
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.machine.described import drives_of
+from symoro_elastic.machine.drives import MOTOR
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import Bandwidth, Gains, PrescribedMotion, Servo
 from symoro_elastic.machine.restrict import under_forces
@@ -61,6 +64,7 @@ class Reference:
 
     `start` has the springs at their equilibrium, and the motors at the position and the velocity of the motion.
     `servo` holds the gains kp and kd (m,), in N m/rad and N m s/rad or N/m and N s/m; None where motors follow exactly.
+    `drives` are those of the motors where the motion takes them; then gains are zero.
     `base` holds the blocks of the base at the start, and the wrench on it; none where it is fixed.
     Where motors are on dependent joints, `viewed` is where the coordinates of `view` start.
     """
@@ -70,6 +74,7 @@ class Reference:
     start: State
     servo: tuple[Array, Array] | None
     record: Record | None = None
+    drives: tuple[Cascade, ...] = ()
     base: Mapping[str, Array] = field(default_factory=dict)
     view: MotorCoordinates | None = None
     viewed: Array | None = None
@@ -197,7 +202,9 @@ def reference_of(
     base = start_of_base(machine, prescribed)
     _refuse_locked(machine, prescribed)
     record = Record(prescribed.path, machine, prescribed.duration) if prescribed.file else None
-    followed = machine if prescribed.servo else with_motors_that_follow_exactly(machine, prescribed)
+    followed = (
+        machine if prescribed.servo or prescribed.drives else with_motors_that_follow_exactly(machine, prescribed)
+    )
     held = held_machine(followed, base)
     motion = EquationsOfMotion(held, values)
     view = None if motion.given.independent == machine.independent else MotorCoordinates(machine, motion.given)
@@ -209,7 +216,9 @@ def reference_of(
     start = equilibrium(motion, at)
     if view and record and not start.sought:
         _refuse_other_start(view, prescribed, start)
-    reference = Reference(followed, prescribed, start, _gains(motion, prescribed, start), record, base)
+    drives = tuple(_drives(machine, motion, prescribed)) if prescribed.drives else ()
+    servo = (np.zeros(len(drives)), np.zeros(len(drives))) if drives else _gains(motion, prescribed, start)
+    reference = Reference(followed, prescribed, start, servo, record, drives, base)
     if view and followed is machine:
         reference = replace(reference, start=_viewed(view, start), view=view, viewed=start.q)
     _refuse_large(reference)
@@ -311,6 +320,22 @@ def _gains(motion: EquationsOfMotion, prescribed: PrescribedMotion, start: State
             raise prescribed.error(f"servo, {name}", "the motor moves no inertia: give kp and kd")
     kp, kd = np.array([_law(servo, inertia[name]) for name, servo in servos.items()]).T
     return kp, kd
+
+
+def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedMotion) -> Iterator[Cascade]:
+    """Yield the drives of all motors; raises `InputError` for motors without one, and for gains that are not known."""
+    known = drives_of(machine).by_motor
+    for name in motion.motor_names:
+        if name not in known:
+            raise prescribed.error("drives", f"{name} has none: give one to all motors below [drives]")
+        if known[name].measured != MOTOR:
+            what = f"{name}: a position that is measured at {known[name].measured} is not simulated: leave it out"
+            raise machine.error("drives, measured", what)
+        one = cascade_of(name, known[name], motion.parameters, machine.label)
+        if one.sought:
+            what = f'{name}: {", ".join(one.sought)} "tuned" is not known yet: find it by control --save'
+            raise machine.error("drives", what)
+        yield one
 
 
 def _law(servo: Servo, m: float) -> tuple[float, float]:

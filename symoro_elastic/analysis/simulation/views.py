@@ -197,7 +197,7 @@ def _lines(found: Simulation) -> list[str]:
 
 def _not_driven(found: Simulation) -> list[str]:
     """Return that the drives of the file have no part in a motion, where it has any."""
-    driven = drives_of(found.reference.machine).by_motor
+    driven = {} if found.reference.drives else drives_of(found.reference.machine).by_motor
     way = "follow exactly" if found.reference.servo is None else "have the servos of the motion"
     return [f"{', '.join(driven)} {way}: [drives] are not simulated"] if driven else []
 

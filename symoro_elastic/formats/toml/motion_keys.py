@@ -9,6 +9,7 @@ from symoro_elastic.formats.toml.key import (
     NUMBERS,
     TEXT,
     TEXTS,
+    TRUTH,
     Key,
     Section,
     Type,
@@ -150,6 +151,12 @@ MOTION = Section(
             "{ motor_x = { bandwidth = 25, damping = 0.8 } }",
             default={},
             otherwise="motors follow exactly",
+        ),
+        Key(
+            *("drives", TRUTH, "whether the motors have the drives of the machine, [drives], in place of servos"),
+            "true",
+            default=False,
+            otherwise="false",
         ),
         Key(
             *("forces", FORCES.type, f"forces on frames: {', '.join(WRENCH)}"),

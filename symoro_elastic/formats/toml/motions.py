@@ -86,6 +86,8 @@ def _motion(table: Table) -> PrescribedMotion:
         "forces": tuple(_force(FORCES.within(entry)) for entry in forces),
         "base": BaseStart(**BASE_START.within(table.table(BASE.name))) if BASE.name in table.entries else None,
     }
+    if found["drives"] and found["servo"]:
+        raise table.fail("drives", "motors have drives or servos: leave out one of the two")
     return PrescribedMotion(**found, source=table.source, place=table.place)
 
 
@@ -119,6 +121,7 @@ def entries_of_motion(motion: PrescribedMotion) -> Entries:
         "wobbles": [{"motor": x.motor, "amplitude": x.amplitude, "frequency": x.frequency} for x in motion.wobbles],
         "file": motion.file,
         "servo": {name: _entries_of_servo(servo) for name, servo in motion.servo.items()},
+        "drives": motion.drives,
         "forces": [_entries_of_force(x) for x in motion.forces],
         "base": {}
         if motion.base is None

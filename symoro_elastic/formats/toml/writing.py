@@ -261,6 +261,8 @@ def _plain_value(x: Any) -> str:
         return text_of(str(x))
     if isinstance(x, list):
         return "[" + ", ".join(map(_plain_value, x)) + "]"
+    if isinstance(x, bool):
+        return str(x).lower()
     return text_of(x) if isinstance(x, str) else repr(x)
 
 

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.simulation.compiled_steps import refuse_drives
 from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, Three, outputs_along
 from symoro_elastic.analysis.simulation.prediction.samples import between
 from symoro_elastic.analysis.simulation.prediction.small_motion import LinearMotion, SmallMotion, small_motion
@@ -127,6 +128,7 @@ def linear_path(
     The first step of Newton's method is about the reference, the next about the motion that the one before gave, where
     that is near. Raises `InputError` for machines and outputs that it cannot treat, and where torques are not finite.
     """
+    refuse_drives(reference)
     along = _Along(reference, np.linspace(0.0, reference.duration, samples + 1))
     near: SmallMotion | None = None
     for _ in range(newton_steps - 1):

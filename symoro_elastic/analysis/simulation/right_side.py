@@ -1,0 +1,211 @@
+"""The right side of a motion, and its derivatives, compiled, with or without a base that moves freely.
+
+    y' = [v; qdd(q, v, t)],    dy'/dy = [0 I; -M^-1 K, -M^-1 D]
+
+M, D, K are those of the model `linearization`, with the gains of servos; y holds the joints that do not follow exactly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from symoro_elastic.analysis.simulation.compiled_steps import law_of_servos, refuse_still, with_servo_torques
+from symoro_elastic.analysis.simulation.moving_base import quaternion, rotation_at, rotations, turning
+from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.codegen.compile import CompiledPackage, compile_library
+from symoro_elastic.codegen.package import EXTERNAL, Package
+from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES, dependent_motors, motor_coordinates
+from symoro_elastic.models.state import State, closing_models
+from symoro_elastic.models.traced import trace_models
+
+DIFFERENCE = 1e-7
+"""Of the state, for derivatives."""
+FLAGS = ("-O1",)
+"""Calls from Python take longer than what more would save."""
+
+
+class CompiledMotion:
+    """The right side of a motion and its derivatives."""
+
+    linear_models: tuple[str, ...] = ("linearization",)
+
+    def __init__(self, reference: Reference, folder: Path) -> None:
+        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        refuse_still(reference)
+        self.reference, machine = reference, reference.machine
+        self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
+        self.closing = closing_models(machine)
+        models = (self.dynamics, *self.linear_models, *self.closing)
+        package = _package(reference.loaded, Scene(models=models, fold=ALL))
+        self._compiled = CompiledPackage(package, compile_library(render_c(package), folder, flags=FLAGS))
+        self._arguments = {f.name: {argument.name for argument in f.arguments} for f in package.functions}
+        self._external = {EXTERNAL} & self._arguments[self.dynamics]
+        self.motors = list(machine.motor_entries)
+        driven = self.motors if reference.servo is None else []
+        self.free = [k for k in range(len(machine.independent)) if k not in driven]
+
+    @property
+    def start(self) -> Array:
+        """y (2 f,) at the start."""
+        state = self.reference.start
+        return np.concatenate([state.q[self.free], state.qd[self.free]])
+
+    @property
+    def sizes(self) -> Array:
+        """Sizes of the entries of y that errors are compared with."""
+        return np.ones_like(self.start)
+
+    def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
+        """Return q, qd (N, n) of all joints at times (N,) and y (N, 2 f)."""
+        if self.reference.servo is not None:
+            q, qd = np.split(y, 2, axis=1)
+            return q, qd
+        q, qd, _ = self.reference.states(t)
+        q[:, self.free], qd[:, self.free] = np.split(y, 2, axis=1)
+        return q, qd
+
+    def states(self, t: Array, y: Array, near: State) -> Motion:
+        """Return the states at times (N,) and y (N, 2 f); loops are closed in turn, from a state `near` the first."""
+        q, qd = self.states_of_joints(t, y)
+        wrenches = {name: self.reference.wrenches(t)[0] for name in self._external}
+        motion = Motion({"q": q, "qd": qd, **wrenches, **self.base(y)}, t)
+        for model in self.closing:
+            closed = [near := State(self._compiled.call(model, q=x, q_dep=near.q_dep)) for x in q]
+            motion = motion.with_blocks(q_dep=np.array([one.q_dep for one in closed]))
+        return motion
+
+    def base(self, y: Array) -> dict[str, Array]:
+        """Return the blocks of a base that moves freely at y (N, 2 f); none here."""
+        return {}
+
+    def rate(self, t: float, y: Array, near: State) -> Array:
+        """Return y' (2 f,), with loops closed from a state `near`."""
+        motion = self.states(np.array([t]), y[None], near)
+        qdd = self.accelerations(motion, y[None])["qdd"]
+        return np.concatenate([motion.qd[0, self.free], qdd[0, self.free]])
+
+    def jacobian(self, t: float, y: Array, near: State) -> Array:
+        """Return dy'/dy (2 f, 2 f), with loops closed from a state `near`.
+
+        Of a servo on a dependent joint kd dS_m/dt is left out, by which the rate of the motor changes with positions.
+        """
+        motion = self.states(np.array([t]), y[None], near)
+        M, D, K = self.matrices(motion, y[None])
+        if self.reference.servo is not None:
+            S_m = self.slopes(motion)
+            K, D = (matrix + S_m.T * x @ S_m for matrix, x in zip((K, D), self.reference.servo, strict=True))
+        rows, f = np.ix_(self.free, self.free), len(self.free)
+        J = np.zeros((2 * f, 2 * f))
+        J[:f, f:] = np.eye(f)
+        J[f:] = -np.linalg.solve(M[rows], np.hstack([K[rows], D[rows]]))
+        return J
+
+    def matrices(self, motion: Motion, y: Array) -> tuple[Array, Array, Array]:
+        """Return M, D, K (n, n) of the machine at one state."""
+        moved = motion.with_blocks(qdd=self.accelerations(motion, y)["qdd"], tau=self.torques(motion, y))
+        found = self.call("linearization", moved)
+        return found["M"][0], found["D"][0], found["K"][0]
+
+    def accelerations(self, motion: Motion, y: Array) -> dict[str, Array]:
+        """Return qdd, and the acceleration of a base that moves freely, where motors do what the reference says."""
+        if self.reference.servo is None:
+            return self.call(self.dynamics, motion.with_blocks(qdd_motor=self.reference.at(motion.t)[2]))
+        return self.call(self.dynamics, motion.with_blocks(tau=self.torques(motion, y)))
+
+    def torques(self, motion: Motion, y: Array) -> Array:
+        """Return the torques (N, m) of servos at y (N, 2 f); NaN where motors follow exactly."""
+        if self.reference.servo is None:
+            return with_servo_torques(self.reference, motion).tau
+        return law_of_servos(self.reference, motion.t, *self.of_motors(motion))
+
+    def of_motors(self, motion: Motion) -> tuple[Array, Array]:
+        """Return positions and rates (N, m) of the motors."""
+        if MOTOR_COORDINATES not in self._arguments:
+            return self.reference.of_motors(motion)
+        found = self.call(MOTOR_COORDINATES, motion)
+        return found["q_motor"], found["qd_motor"]
+
+    def slopes(self, motion: Motion) -> Array:
+        """Return S_m (m, n) at one position: the rates of motors by those of the coordinates."""
+        unit = np.eye(motion.q.shape[1])
+        if MOTOR_COORDINATES not in self._arguments:
+            return unit[self.motors]
+        rates = [self.call(MOTOR_COORDINATES, motion.with_blocks(qd=row[None]))["qd_motor"][0] for row in unit]
+        return np.stack(rates, axis=1)
+
+    def call(self, function: str, state: State) -> dict[str, Array]:
+        """Return the results of a generated function at states."""
+        return self._compiled.call(function, **state.only(self._arguments[function]))
+
+
+def _package(machine: Machine, scene: Scene) -> Package:
+    """Return the models of a scene, with positions and rates of motors where these are on dependent joints."""
+    found = trace_models(machine, scene)
+    if not dependent_motors(machine):
+        return found.package
+    return replace(found, models=[*found.models, motor_coordinates(machine, found.folded)]).package
+
+
+class CompiledMotionOnBase(CompiledMotion):
+    """The right side of a motion with a base that moves freely, by derivatives from differences.
+
+    y = [q; P0; Q0; v; V0]. The quaternion turns by Q' = Q (0, w) / 2, which keeps its length, and is divided by it
+    wherever it is used.
+    """
+
+    linear_models = ()
+
+    def __init__(self, reference: Reference, folder: Path) -> None:
+        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        super().__init__(reference, folder)
+        self.orientation = next(iter(reference.base.keys() & {"Q0", "R0"}))
+
+    @property
+    def start(self) -> Array:
+        """y at the start."""
+        state, base = self.reference.start, self.reference.base
+        Q0 = base["Q0"] if "Q0" in base else quaternion(base["R0"].reshape(3, 3))
+        return np.concatenate([state.q[self.free], base["P0"], Q0, state.qd[self.free], base["V0"]])
+
+    def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
+        """Return q, qd (N, n) of all joints at times (N,) and y (N, 2 f + 13)."""
+        f = len(self.free)
+        own = y[:, :f], y[:, f + 7 : 2 * f + 7]
+        if f == len(self.reference.start.q):
+            return own
+        q, qd, _ = self.reference.states(t)
+        q[:, self.free], qd[:, self.free] = own
+        return q, qd
+
+    def base(self, y: Array) -> dict[str, Array]:
+        """Return the blocks of the base at y (N, 2 f + 13), and the wrench on it."""
+        P0, Q0 = np.split(y[:, len(self.free) : len(self.free) + 7], [3], axis=1)
+        Q0 = Q0 / np.linalg.norm(Q0, axis=1, keepdims=True)
+        turned = Q0 if self.orientation == "Q0" else rotations(Q0).reshape(-1, 9)
+        wrench = np.tile(self.reference.base["f0"], (len(y), 1))
+        return {self.orientation: turned, "P0": P0, "V0": y[:, -6:], "f0": wrench}
+
+    def rate(self, t: float, y: Array, near: State) -> Array:
+        """Return y'."""
+        motion = self.states(np.array([t]), y[None], near)
+        found = self.accelerations(motion, y[None])
+        f, (v, w), (a, wd) = len(self.free), np.split(motion.V0[0], 2), np.split(found["V0d"][0], 2)
+        speed, turned = rotation_at(motion)[0] @ v, turning(y[f + 3 : f + 7], w)
+        rates, qdd = motion.qd[0, self.free], found["qdd"][0, self.free]
+        return np.concatenate([rates, speed, turned, qdd, a - np.cross(w, v), wd])
+
+    def jacobian(self, t: float, y: Array, near: State) -> Array:
+        """Return dy'/dy by central differences."""
+        steps = DIFFERENCE * np.maximum(1.0, np.abs(y))
+        columns = [
+            (self.rate(t, y + h * e, near) - self.rate(t, y - h * e, near)) / (2 * h)
+            for h, e in zip(steps, np.eye(len(y)), strict=True)
+        ]
+        return np.stack(columns, axis=1)

@@ -1,0 +1,125 @@
+"""Motions of motors with drives: against the linear system of all loops, against servos, and what is refused."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import symoro_elastic as se
+from symoro_elastic.analysis.control.control import with_gains
+from symoro_elastic.foundation.errors import InputError
+
+scipy_integrate = pytest.importorskip("scipy.integrate")
+pytestmark = pytest.mark.skipif(not (shutil.which("gcc") or shutil.which("clang")), reason="needs a C compiler")
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+
+def drive(**changes: Any) -> dict[str, Any]:
+    """A motor with drive, spring and load; linear."""
+    given = {"Kv": 20, "Kp": 2.5, "Tn": 0.02, "current": {"lag": 4e-4}, "period": 2.5e-4} | changes
+    return {
+        "name": "drive",
+        "joints": [
+            {"name": "motor", "kind": "motor", "sigma": 0, "theta": "q1"},
+            {"name": "arm", "antecedent": "motor", "kind": "elastic", "sigma": 0, "theta": "q2"},
+        ],
+        "bodies": {"arm": {"inertia_at_origin": [0, 0, 0.05]}},
+        "motors": {"motor": {"rotor_inertia": 0.02}},
+        "springs": {"arm": {"stiffness": 1000.0, "damping": 0.1}},
+        "drives": {"motor": given},
+    }
+
+
+def scene(**changes: Any) -> dict[str, Any]:
+    motion = {
+        "duration": 0.1,
+        "moves": [{"motor": "motor", "by": 0.1, "in": 0.06}],
+        "forces": [{"at": "arm", "mz": 2.0, "from": 0.05, "in": 0.01}],
+        "drives": True,
+    }
+    return {"motion": motion | changes, "wanted": {"tolerance": {"arm.q": 1e-7, "motor.q": 1e-7}}}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "changes", [{}, {"Tn": 0.05, "filters": [{"notch": 35, "depth": 0.1, "width": 0.6}, {"lowpass": 300, "order": 2}]}]
+)
+def test_a_linear_machine_moves_as_its_closed_loops_do(changes: dict[str, Any]) -> None:
+    """By scipy on A of `control`, whose poles are those of python-control elsewhere."""
+    (found,) = se.simulate(drive(**changes), scene(), adaptive=True)
+    control = se.control(drive(**changes))
+    loop, t = control.loops[0], found.motion.t
+    moment = control.plants[0].linear.motion  # the moment turns both joints
+    assert moment.names == ["motor", "arm"]
+
+    def rate(time: float, x: np.ndarray) -> np.ndarray:
+        r, rd, rdd = (row[0] for row in found.reference.at(np.array([time])))
+        wrench = found.reference.wrenches(np.array([time]))[0][0]
+        set_points = sum(B @ x for B, x in zip(loop.by_set_point, (r, rd, rdd), strict=True))
+        return loop.A @ x + set_points + loop.by_force @ np.full(2, wrench[5])
+
+    expected = scipy_integrate.solve_ivp(
+        rate, (0, t[-1]), np.zeros(len(loop.A)), "DOP853", t[::20], rtol=1e-9, atol=1e-11, max_step=1e-3
+    ).y[:2].T  # fmt: skip
+    assert np.abs(found.motion.q[::20] - expected).max() < 1e-7
+    assert found.is_within
+
+
+@pytest.mark.thorough
+def test_a_proportional_drive_without_a_path_is_a_servo() -> None:
+    """kp = Kp Kv and kd = Kp, on an arm under gravity."""
+    arm = se.read(EXAMPLES / "planar_2r.toml")
+    motors = [joint.name for joint in arm.motor_joints]
+    gains = {motors[0]: (400.0, 15.0), motors[1]: (150.0, 12.0)}
+    rows = {name: f"{name} = {{ Kv = {kv}, Kp = {kp / 10} }}" for name, (kp, kv) in gains.items()}
+    text = (EXAMPLES / "planar_2r.toml").read_text() + "\n[drives]\n" + "\n".join(rows.values())
+    from symoro_elastic.formats.toml import reading
+
+    driven = reading.read(text, "planar.toml")
+    motion = {"duration": 0.1, "moves": [{"motor": name, "by": 0.1, "in": 0.06} for name in motors]}
+    wanted = {"tolerance": {f"{name}.q": 1e-8 for name in motors}}
+    servo = {name: {"kp": kp / 10 * kv, "kd": kp / 10} for name, (kp, kv) in gains.items()}
+    (by_drives,) = se.simulate(driven, {"motion": {**motion, "drives": True}, "wanted": wanted}, adaptive=True)
+    (by_servos,) = se.simulate(driven, {"motion": {**motion, "servo": servo}, "wanted": wanted}, adaptive=True)
+    assert np.abs(by_drives.motion.q[-1] - by_servos.motion.q[-1]).max() < 1e-7
+    assert np.abs(by_drives.motion.tau[-1] - by_servos.motion.tau[-1]).max() < 1e-4
+    assert "[drives] are not simulated" in "".join(str(part) for part in by_servos.parts())
+    assert "[drives]" not in "".join(str(part) for part in by_drives.parts())
+
+
+def test_derivatives_are_those_of_the_right_side(tmp_path: Path) -> None:
+    from symoro_elastic.analysis.simulation.driven import DrivenMotion
+    from symoro_elastic.api.motions import Integrating, plan
+
+    machine = with_gains(se.read(EXAMPLES / "two_axis.toml"), se.control(EXAMPLES / "two_axis.toml", damping=0.02))
+    motion = {"duration": 0.1, "moves": [{"motor": "motor_x", "by": 0.01, "in": 0.05}], "drives": True}
+    system = DrivenMotion(plan(machine, {"motion": motion}, Integrating()).references[0], tmp_path)
+    near, y = system.reference.at_start, system.start
+    y = y + 1e-4 * np.random.default_rng(2).normal(size=len(y))
+    J = system.jacobian(0.02, y, near)
+    steps = 1e-6 * np.maximum(1e-3, np.abs(y))
+    for k, h in enumerate(steps):
+        e = np.eye(len(y))[k] * h
+        column = (system.rate(0.02, y + e, near) - system.rate(0.02, y - e, near)) / (2 * h)
+        assert np.allclose(J[:, k], column, rtol=1e-4, atol=1e-6 * np.abs(J).max()), k
+
+
+@pytest.mark.parametrize(
+    ("machine", "motion", "options", "what"),
+    [
+        (drive(), {}, {}, "motion, drives: motors with drives need steps that are adapted: simulate with adaptive"),
+        (drive(Kp="tuned"), {}, {"adaptive": True}, 'motor: Kp "tuned" is not known yet: find it by control --save'),
+        (drive() | {"drives": {}}, {}, {"adaptive": True}, "motor has none: give one to all motors below [drives]"),
+        (drive(measured="arm.rz"), {}, {"adaptive": True}, "a position that is measured at arm.rz is not simulated"),
+        (drive(), {"servo": {"motor": {"kp": 1, "kd": 1}}}, {"adaptive": True}, "motors have drives or servos"),
+    ],
+)
+def test_what_is_not_simulated_is_refused(machine: Any, motion: Any, options: Any, what: str) -> None:
+    with pytest.raises(InputError) as error:
+        se.simulate(machine, scene(**motion), **options)
+    assert what in str(error.value)
