@@ -235,14 +235,16 @@ class System:
         return System(A, B, np.concatenate([other.D * self.C, other.C]), self.D * other.D)
 
 
-def system_of(path: tuple[Element, ...]) -> System:
-    """Return P as a linear system: dead times and holds by one approximation of Pade of order 2 of their sum.
+def system_of(path: tuple[Element, ...], parts: int = 1) -> System:
+    """Return P as a linear system: dead times and holds by approximations of Pade of order 2 of `parts` of their sum.
 
     A hold counts half of its period.
     """
     delay = sum(one.time for one in path if isinstance(one, DeadTime))
     delay += sum(one.time / 2 for one in path if isinstance(one, Hold))
-    found = _pade(delay) if delay else System.gain(1.0)
+    found = System.gain(1.0)
+    for _ in range(parts if delay else 0):
+        found = found.then(_pade(delay / parts))
     for one in path:
         if isinstance(one, FirstOrder):
             rate = 1 / one.time

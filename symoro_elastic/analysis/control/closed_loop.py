@@ -64,10 +64,10 @@ class ClosedLoop:
         return np.concatenate([own, np.zeros(len(self.A) - len(own))])
 
 
-def closed_loop(plant: Plant, cascades: Sequence[Cascade]) -> ClosedLoop:
-    """Return the system of a plant with the loops of these drives closed."""
+def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) -> ClosedLoop:
+    """Return the system of a plant with the loops of these drives closed; dead times in some parts, `of_delay`."""
     linear, N = plant.linear, plant.free
-    n, parts = N.shape[1], [drive_system(one) for one in cascades]
+    n, parts = N.shape[1], [drive_system(one, of_delay) for one in cascades]
     total = 2 * n + sum(len(part.A) for part in parts)
     inverse = np.linalg.inv(N.T @ linear.M @ N)
     A = np.zeros((total, total))
@@ -114,13 +114,13 @@ class DriveSystem:
     sizes: Array
 
 
-def drive_system(one: Cascade) -> DriveSystem:
+def drive_system(one: Cascade, of_delay: int = 1) -> DriveSystem:
     """Return a drive as a system: Kp (1 + 1/(Tn s)) and the path, from e = Kv (r - p) + kfv rd - v to torque."""
     if one.Tn < np.inf:
         pi = System(np.zeros((1, 1)), np.array([1.0]), np.array([one.Kp / one.Tn]), one.Kp)
     else:
         pi = System.gain(one.Kp)
-    path = system_of(one.path)
+    path = system_of(one.path, of_delay)
     whole = pi.then(path)
     fed = np.concatenate([np.zeros(len(pi.B)), path.B]) * one.acceleration_forward
     kfv = one.velocity_forward

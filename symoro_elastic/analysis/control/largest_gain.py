@@ -3,7 +3,7 @@
 With an open loop of which 1 + L = a + k b, the distance |a + k b| >= modulus is a quadratic in k: each frequency
 forbids an interval of k. What is left between the intervals of all frequencies are gaps; the largest gain is the upper
 end of the lowest gap in which the closed loop is stable, the least lower end of the intervals above it. Above it other
-stable gaps may exist: it is the largest from below.
+stable gaps may exist: it is the largest from below. The gap above all intervals counts only where there is none.
 """
 
 from __future__ import annotations
@@ -69,11 +69,10 @@ def largest_gain(
     """
     low, high = forbidden(*terms(frequencies), modulus)
     for lower, upper in gaps(low, high):
-        is_open = upper == np.inf
-        inside = (2 * lower or 1.0) if is_open else np.sqrt(lower * upper) or upper / 2
-        if (not is_open and upper - lower <= LEAST * upper) or not is_stable(inside):
-            continue
-        return LargestGain(np.inf, np.nan) if is_open else _refined(terms, frequencies, low, modulus, lower)
+        if upper == np.inf:
+            return LargestGain(np.inf, np.nan) if lower == 0 and is_stable(1.0) else None
+        if upper - lower > LEAST * upper and is_stable(np.sqrt(lower * upper) or upper / 2):
+            return _refined(terms, frequencies, low, modulus, lower)
     return None
 
 

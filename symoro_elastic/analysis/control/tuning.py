@@ -4,7 +4,8 @@
     Tn   the smallest with which the velocity loop keeps nine tenths of its distance, or that of position loops
     Kv   the largest of the position loop around it
 
-Axes whose gains are not known yet are held; in a second pass all loops are closed.
+In a first pass axes whose gains are sought are held, and free, as they are at low and at high frequencies, and the
+smaller gain counts; in a second pass all loops are closed.
 """
 
 from __future__ import annotations
@@ -39,16 +40,11 @@ def tuned(plants: Sequence[Plant], cascades: Sequence[Cascade], distances: Dista
     for turn in range(PASSES):
         for k, one in enumerate(found):
             if one.sought:
-                known = [x for x in found if x is not one and (turn or _is_known(x))]
-                held = tuple(x.motor for x in found if x is not one and x not in known)
-                at = [replace(plant, held=(*plant.held, *held)) for plant in plants]
-                loops = [AxisLoops.around(plant, one, known) for plant in at]
-                found[k] = _tuned(loops, one, distances)
+                known = [x for x in found if x is not one and (turn or not x.sought)]
+                others = tuple(x.motor for x in found if x is not one and x not in known)
+                at = [replace(plant, held=(*plant.held, *held)) for plant in plants for held in {(), others}]
+                found[k] = _tuned([AxisLoops.around(plant, one, known) for plant in at], one, distances)
     return found
-
-
-def _is_known(one: Cascade) -> bool:
-    return not np.isnan([one.Kv, one.Kp, one.Tn]).any()
 
 
 def _tuned(loops: Sequence[AxisLoops], one: Cascade, distances: Distances) -> Cascade:

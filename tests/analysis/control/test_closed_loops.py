@@ -188,6 +188,18 @@ def test_a_tuned_machine_is_at_its_distances() -> None:
     assert all(place.growth < 0 for place in found.places)
 
 
+@pytest.mark.parametrize("name", ["planar_2r.toml", "linkage.toml", "puma560_measured.toml", "sr400.par"])
+def test_axes_that_load_each_other_are_tuned_together(name: str) -> None:
+    """Each axis alone would be unstable with the others free, as the shoulder of the 2R is with a third of its inertia."""
+    machine, f = se.read(EXAMPLES / name), Formula.parse
+    one = Drive(TUNED, TUNED, TUNED, lag=f(2e-4), dead_time=f(1.5e-4))
+    driven = replace(machine, drives=Drives({joint.name: one for joint in machine.motor_joints}))
+    (place,) = se.control(driven, damping=0.02).places
+    assert place.growth < 0
+    for axis in place.axes:
+        assert axis.velocity.modulus > 0.49 and axis.position.modulus > 0.68
+
+
 def test_loads_may_be_measured() -> None:
     """The position of the arm in place of the motor's: the same at rest, and closer to instability."""
     motor, arm = (
