@@ -190,7 +190,7 @@ def test_a_tuned_machine_is_at_its_distances() -> None:
 
 @pytest.mark.parametrize("name", ["planar_2r.toml", "linkage.toml", "puma560_measured.toml", "sr400.par"])
 def test_axes_that_load_each_other_are_tuned_together(name: str) -> None:
-    """Each axis alone would be unstable with the others free, as the shoulder of the 2R is with a third of its inertia."""
+    """With its neighbour free an axis moves less inertia: the shoulder of the 2R a third of what it moves else."""
     machine, f = se.read(EXAMPLES / name), Formula.parse
     one = Drive(TUNED, TUNED, TUNED, lag=f(2e-4), dead_time=f(1.5e-4))
     driven = replace(machine, drives=Drives({joint.name: one for joint in machine.motor_joints}))

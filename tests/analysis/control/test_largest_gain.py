@@ -49,9 +49,10 @@ def test_the_stable_gap_is_taken() -> None:
         return np.ones_like(f, complex), -1 / (3 + np.cos(f)) + 0j
 
     f = np.linspace(0.1, 10, 2001)
-    above = largest_gain(terms, f, 0.5, lambda k: k > 5)
     below = largest_gain(terms, f, 0.5, lambda k: k < 5)
-    assert above is not None and above.gain == np.inf
+    assert largest_gain(terms, f, 0.5, lambda k: k > 5) is None, "nothing bounds what is above all intervals"
+    open_ended = largest_gain(lambda f: (terms(f)[0], -terms(f)[1]), f, 0.5, lambda _: True)
+    assert open_ended is not None and open_ended.gain == np.inf
     assert below is not None and below.gain == pytest.approx(0.5 * 2, rel=1e-12)
     assert largest_gain(terms, f, 0.5, lambda _: False) is None
 
