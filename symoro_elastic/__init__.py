@@ -28,6 +28,7 @@ from symoro_elastic.foundation.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from symoro_elastic.api.control import control as control
+    from symoro_elastic.api.control import lobes as lobes
     from symoro_elastic.api.drawings import picture as picture
     from symoro_elastic.api.drawings import view as view
     from symoro_elastic.api.kinematics import singularities as singularities
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "foundation.errors": "InputError",
-    "api.control": "control",
+    "api.control": "control lobes",
     "api.drawings": "picture view",
     "api.kinematics": "singularities",
     "api.loaded": "load",

@@ -7,13 +7,18 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from symoro_elastic.api.declaration import operation
-from symoro_elastic.api.options import Controlling
+from symoro_elastic.api.options import Controlling, Cutting
 from symoro_elastic.api.rows import MachineLike
 from symoro_elastic.api.scenes import kept_machine
 from symoro_elastic.foundation.errors import InputError
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control
+    from symoro_elastic.analysis.control.lobes import Lobes
+
+
+USUAL_SPEEDS = (1000.0, 20_000.0, 200)
+"""Lowest and highest spindle speed, turns per minute, and their number."""
 
 
 @operation(Controlling)
@@ -37,6 +42,27 @@ def control(machine: MachineLike, options: Controlling) -> Control:
     states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
     distances = Distances(options.modulus, options.position_modulus)
     return control_at(motion, states, distances, options.damping, options.tune, options.compliances, options.progress)
+
+
+@operation(Cutting)
+def lobes(machine: MachineLike, options: Cutting) -> Lobes:
+    """Return the depth of a cut up to which the tool's waves on the surface die out, by spindle speed.
+
+    Loops of [drives] are closed, motors without a drive are held. Raises `InputError`.
+    """
+    import numpy as np
+
+    from symoro_elastic.analysis.control.lobes import Cut, lobes_at
+    from symoro_elastic.numerics.motion.equations_of_motion import motion_of
+    from symoro_elastic.numerics.motion.equilibrium import equilibrium
+
+    kept = kept_machine(machine, options.scene)
+    cut = Cut(options.cutting, options.teeth, options.direction, options.thickness or options.direction)
+    motion = motion_of(kept, dict(options.values), (), (cut.direction, cut.thickness))
+    places = _places(options.along, options.at, motion.source)
+    states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
+    speeds = np.linspace(*(options.speeds or USUAL_SPEEDS))
+    return lobes_at(motion, states, cut, speeds, options.damping, progress=options.progress)
 
 
 def _places(along: Mapping[str, Sequence[float]], at: Mapping[str, float], source: str) -> list[dict[str, float]]:

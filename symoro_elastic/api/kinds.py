@@ -168,6 +168,21 @@ def band(text: str | None, option: str) -> tuple[float, float, int] | None:
     return low, high, int(count)
 
 
+def spindle_speeds(text: str | None, option: str) -> tuple[float, float, int] | None:
+    """Return lowest and highest speed, turns per minute, and number of speeds, from `LOW:HIGH:COUNT`."""
+    if text is None:
+        return None
+    try:
+        low, high, count = map(number, text.split(":"))
+        if not (0 < low <= high and 1 <= count == int(count) <= MOST_SPEEDS):
+            raise ValueError
+    except ValueError:
+        what = f"{LOW_HIGH_COUNT} to {MOST_SPEEDS}, speeds above zero"
+        raise InputError(COMMAND, option, f"{text!r}{what}") from None
+    return low, high, int(count)
+
+
+MOST_SPEEDS = 10_000
 LOW_HIGH_COUNT = ": give LOW:HIGH:COUNT, numbers and a count from 1"
 
 
@@ -285,6 +300,7 @@ SPRINGS = Kind(springs_on_joints, many=True, shape="stiffness, or stiffness and 
 AXES = Kind(texts_by_name, _by_name(_axis_in), many=True, shape="texts or lists of numbers by name")
 GRID = Kind(grid, many=True, shape="lists of numbers by name")
 BAND = Kind(band, shape="(low, high, count)")
+SPEEDS = Kind(spindle_speeds, shape="(low, high, count)")
 TOLERANCES = Kind(tolerances, many=True, shape="percentage or number, or by name")
 REQUESTS = Kind(requested_outputs, many=True, shape="lists of texts by name")
 SCENE = Kind(shape="file, tables, or `Scene`")

@@ -330,6 +330,28 @@ class Controlling(ParametersAndScene):
     progress: Progress = progress_row()
 
 
+class Cutting(ParametersAndScene):
+    """What `lobes` takes."""
+
+    direction: str = option(
+        ..., "NAME", "Output along which the cutting force acts: tool.x, 'tool at (0.1, 0, L2).x'.", kinds.TEXT
+    )
+    cutting: float = option(
+        ..., "K", "Cutting coefficient, N/m2: force per area of the chip (steel some 2e9).", kinds.NUMBER
+    )
+    thickness: str = option(
+        "", "NAME", "Output along which the chip gets thicker (default: that of the force).", kinds.TEXT
+    )
+    teeth: int = option(1, "N", "Teeth that pass a point of the workpiece in a turn.", kinds.WHOLE, least=1, most=1000)
+    speeds: tuple[float, float, int] | None = option(
+        None, "LOW:HIGH:COUNT", "Spindle speeds, turns per minute (default: 1000:20000:200).", kinds.SPEEDS
+    )
+    damping: float = damping_row()
+    along: Mapping[str, Sequence[float]] = along_row()
+    at: Values = at_row(", or initial guess for another joint")
+    progress: Progress = progress_row()
+
+
 class Frequencies(Options):
     """Frequencies of a response, and damping that is added to it."""
 

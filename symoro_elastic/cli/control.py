@@ -1,10 +1,10 @@
-"""The command about drives: control."""
+"""Commands about drives and cuts: control, lobes."""
 
 from __future__ import annotations
 
 import click
 
-from symoro_elastic.api.options import Controlling
+from symoro_elastic.api.options import Controlling, Cutting
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputMachine, Plots, call, draws, takes, writes
@@ -38,4 +38,26 @@ def control(machine: str, options: Controlling, save: str | None, plots: Plots, 
     print_result(found, as_json, **({"written": save} if save else {}))
     if save and not as_json:
         click.echo(f"wrote {save}")
+    plots.write(found.plot)
+
+
+@command("lobes")
+@MACHINE
+@takes(Cutting)
+@draws
+@writes
+@JSON
+def lobes(machine: str, options: Cutting, plots: Plots, as_json: bool) -> None:
+    """Waves that the tool leaves on the surface die out below this depth.
+
+    Loops of [drives] are closed, motors without a drive are held. Exact for forces of constant direction, as in
+    turning.
+    """
+    from symoro_elastic.api import control as operations
+
+    whole = read(machine)
+    scene_of(whole, options.scene)
+    with progress_bar("lobes") as progress:
+        found = call(operations.lobes, whole, options, progress=progress)
+    print_result(found, as_json)
     plots.write(found.plot)

@@ -55,6 +55,7 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
     "Variants": {"sweep": Listed("sweep", "Sweep parameters and positions over grids or samples.")},
     "Control": {
         "control": Listed("control", "Find what limits the gains of drives, and gains."),
+        "lobes": Listed("control", "Find the depth of cut that is stable, by spindle speed."),
         "feed-forward": Listed("vibration", "Compute torques that make the load follow a trajectory."),
     },
     "Identification": {

@@ -153,7 +153,7 @@ class DeclaredOption(click.Option):
             settings |= {"default": row.default, "show_default": True}
         elif row.default == 0:
             settings |= {"default": row.default, "show_default": row.least is not None}
-        elif not row.kind.many:
+        elif not row.kind.many and not row.required:
             settings |= {"default": row.default}
         if row.bare:
             settings |= {"is_flag": False, "flag_value": row.bare}

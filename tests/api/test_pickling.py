@@ -96,6 +96,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Machine": lambda _: read_machine(PLANAR)[0],
     "MachinePage": lambda _: se.view(PLANAR),
     "MachinePicture": lambda _: se.picture(PLANAR),
+    "Lobes": lambda _: se.lobes(BALL_SCREW, direction="table.x", cutting=2e9, damping=0.02, speeds=(1000, 2000, 2)),
     "Modes": lambda _: se.modes(DRIVE, hold=["all"]),
     "ReducedModel": lambda folder: se.generate(PLANAR, "inverse_dynamics", within="20 %", out=folder).reduced[0],
     "Report": lambda _: se.report(PENDULUM),

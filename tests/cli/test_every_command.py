@@ -80,6 +80,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
     "compare": (("--duration", "0.01"),),
     "control": ((), ("--tune", "--along", "a=0:1:2")),
+    "lobes": (("--direction", "b.x", "--cutting", "1e9", "--speeds", "1000:2000:3"),),
     "simulate": (("--scene", "motion.toml", "--step", "0.01"), ("--scene", "motion.toml", "--adaptive")),
     "ladder": (("--scene", "motion.toml"),),
     "sweep": (
@@ -169,6 +170,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "certify": ("--model", "inverse_dynamics"),
     "singularities": ("--component", "tip.x", "--component", "tip.y"),
     "control": ("--damping", "0.02"),
+    "lobes": ("--direction", "tip.x", "--cutting", "1e9", "--damping", "0.02"),
     "trade": ("--effort", "quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),
     "ladder": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml")),

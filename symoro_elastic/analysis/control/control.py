@@ -8,8 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import Cascade, cascade_of, laplace
+from symoro_elastic.analysis.control.cascade import Cascade, laplace
 from symoro_elastic.analysis.control.closed_loop import ClosedLoop, closed_loop
+from symoro_elastic.analysis.control.driven_machine import (
+    States,
+    default_compliances,
+    driven_machine,
+    refuse_without_drives,
+)
 from symoro_elastic.analysis.control.largest_gain import LargestGain
 from symoro_elastic.analysis.control.loops import (
     AxisLoops,
@@ -22,21 +28,17 @@ from symoro_elastic.analysis.control.loops import (
     loops_of,
     margins,
 )
-from symoro_elastic.analysis.control.plant import Axis, Plant
-from symoro_elastic.analysis.control.tuning import Distances, tuned
-from symoro_elastic.analysis.vibration.linearization import Linearization, linearize
-from symoro_elastic.analysis.vibration.modes import damped_poles
-from symoro_elastic.analysis.vibration.responses import with_modal_damping
+from symoro_elastic.analysis.control.plant import Plant
+from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.array_types import Array, ComplexArray
-from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
-from symoro_elastic.machine.described import DescribedMachine, drives_of
-from symoro_elastic.machine.drives import MOTOR, Drive, Drives
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.drives import Drives
 from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.joints import Joint, Kind
+from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
 UNDAMPED = 1e-6
@@ -136,7 +138,7 @@ class Control(Result):
 
 def control_at(
     motion: EquationsOfMotion,
-    states: Sequence[tuple[Mapping[str, float], State]],
+    states: States,
     distances: Distances,
     damping: float = 0.0,
     tune: bool = False,
@@ -148,23 +150,16 @@ def control_at(
     With `tune` all gains are sought, else those that the file leaves to tuning. `wanted` are outputs whose compliance
     is given. Raises `InputError`.
     """
-    drives = _drives(motion.asked, motion.source)
-    cascades = [cascade_of(name, one, motion.parameters, motion.source) for name, one in drives.items()]
-    if tune:
-        cascades = [_sought(one, drives[one.motor]) for one in cascades]
+    refuse_without_drives(motion)
     signals = tuple(wanted) or default_compliances(motion.given)
-    plants = [_plant(motion, state, place, drives, damping, signals) for place, state in states]
-    found = tuple(f"{one.motor}.{key}" for one in cascades for key in one.sought)
-    if found:
-        for plant in plants:
-            _refuse_undamped(plant)
-        cascades = tuned(plants, cascades, distances)
+    whole = driven_machine(motion, states, distances, damping, tune, signals)
+    plants, cascades = whole.plants, whole.cascades
     places = []
     for k, plant in enumerate(plants):
         places.append(_place(plant, cascades, distances, signals))
         progress(k + 1, len(plants))
     name = motion.machine.name
-    return Control(name, tuple(places), distances, damping, tuple(plants), found, _notes(motion, plants[0]))
+    return Control(name, tuple(places), distances, damping, plants, whole.tuned, whole.notes)
 
 
 def with_gains(machine: Machine, control: Control) -> Machine:
@@ -175,91 +170,6 @@ def with_gains(machine: Machine, control: Control) -> Machine:
         gains: dict[str, Any] = {key: Formula.parse(float(f"{getattr(one, key):.6g}")) for key in one.sought}
         by_motor[one.motor] = replace(by_motor[one.motor], **gains)
     return replace(described, drives=Drives(by_motor))
-
-
-def _drives(machine: Machine, source: str) -> Mapping[str, Drive]:
-    drives = drives_of(machine).by_motor
-    if not drives:
-        motors = [joint.name for joint in machine.motor_joints]
-        example = f'{motors[0]} = {{ Kv = "tuned", Kp = "tuned", Tn = "tuned", dead_time = 1.5e-4 }}' if motors else ""
-        what = f"no motor has one: write {example} below [drives]" if motors else "the machine has no motor"
-        raise InputError(source, "drives", what)
-    return drives
-
-
-def _sought(one: Cascade, drive: Drive) -> Cascade:
-    """Return a cascade all of whose gains are sought; it stays without integral part."""
-    keys = ("Kp", "Kv") if drive.Tn is None else ("Kp", "Tn", "Kv")
-    return replace(one.with_gains(**dict.fromkeys(keys, np.nan)), sought=keys)
-
-
-def default_compliances(machine: Machine) -> tuple[str, ...]:
-    """Return x, y, z of the last fixed frame, else of the last row."""
-    fixed = [joint.name for joint in machine.joints if joint.kind is Kind.FIXED]
-    frame = (fixed or [machine.joints[-1].name])[-1]
-    return tuple(f"{frame}.{axis}" for axis in "xyz")
-
-
-# The plant
-
-
-def _plant(
-    motion: EquationsOfMotion,
-    state: State,
-    place: Mapping[str, float],
-    drives: Mapping[str, Drive],
-    damping: float,
-    signals: Sequence[str],
-) -> Plant:
-    """Return the machine about a state, with the rows of its axes; motors without a drive are held."""
-    measured = [one.measured for one in drives.values() if one.measured != MOTOR]
-    _refuse_velocities(motion, [*signals, *measured])
-    linear = linearize(motion, state, (), [*dict.fromkeys([*signals, *measured])])
-    linear = with_modal_damping(linear, damping)
-    axes = {}
-    for name, velocity in zip(motion.motor_names, linear.motors, strict=True):
-        drive = drives.get(name)
-        axes[name] = Axis(name, velocity, _position(linear, name, velocity, drive) if drive else velocity)
-    held = tuple(name for name in motion.motor_names if name not in drives)
-    return Plant(linear, axes, damping, held, place)
-
-
-def _refuse_velocities(motion: EquationsOfMotion, signals: Sequence[str]) -> None:
-    for signal in outputs(motion.given, signals):
-        if signal.order:
-            what = f"{signal.name} is no position: name one, such as tool.x or motor.q"
-            raise InputError(motion.source, "drives, measured, or --output", what)
-
-
-def _position(linear: Linearization, motor: str, velocity: Array, drive: Drive) -> Array:
-    """Return the row of a controlled position, over what it changes with the motor where springs do not deflect."""
-    if drive.measured == MOTOR:
-        return velocity
-    row = linear.Cq[linear.outputs.index(" ".join(drive.measured.split()))]
-    ratio = float(row @ velocity) / float(velocity @ velocity)
-    if abs(ratio) <= 1e-9 * np.abs(row).max(initial=0.0):
-        what = f"{drive.measured} does not move with {motor} here: name a position behind it"
-        raise InputError(linear.motion.source, f"drives, {motor}, measured", what)
-    position: Array = row / ratio
-    return position
-
-
-def _refuse_undamped(plant: Plant) -> None:
-    """Raise `InputError` where a mode has no damping, so that gains would have no meaning."""
-    poles = damped_poles(plant.linear)[0]
-    swinging = poles[(poles.imag > 0) & (np.abs(poles.real) <= UNDAMPED * np.abs(poles))]
-    if len(swinging):
-        least_one = float(np.abs(swinging).min()) / (2 * np.pi)
-        what = (
-            f"{len(swinging)} modes have no damping, the lowest at {least_one:.4g} Hz, and gains depend on it: give "
-            "[springs] damping, or a ratio for all modes, as 0.01"
-        )
-        raise InputError(plant.linear.motion.source, "--damping", what)
-
-
-def _notes(motion: EquationsOfMotion, plant: Plant) -> tuple[str, ...]:
-    held = [f"{name} has no drive and is held" for name in plant.held]
-    return (*plant.linear.doubts, *held)
 
 
 # One position

@@ -80,21 +80,32 @@ def _refined(
     terms: Callable[[Array], Terms], frequencies: Array, low: Array, modulus: float, above: float
 ) -> LargestGain:
     """Return the least lower end above a gain, between the neighbours of the frequencies where it is least."""
-    search = for_vibrations("scipy.optimize").minimize_scalar
     candidates = np.where(low > above, low, np.inf)
     best = LargestGain(float(candidates.min()), float(frequencies[candidates.argmin()]))
 
-    def lower_end(logarithm: float) -> float:
-        ends, _ = forbidden(*terms(np.array([np.exp(logarithm)])), modulus)
+    def lower_end(frequency: float) -> float:
+        ends, _ = forbidden(*terms(np.array([frequency])), modulus)
         return float(ends[0]) if ends[0] > above else float(np.finfo(float).max)
 
     dips = [k for k in range(len(low)) if np.isfinite(candidates[k]) and candidates[k] <= _beside(candidates, k)]
     for k in sorted(dips, key=lambda k: float(candidates[k]))[:3]:
-        ends = np.log(frequencies[[max(k - 1, 0), min(k + 1, len(low) - 1)]])
-        found = search(lower_end, bounds=tuple(ends), method="bounded", options={"xatol": EXACT})
-        if found.fun < best.gain:
-            best = LargestGain(float(found.fun), float(np.exp(found.x)))
+        value, frequency = refined_minimum(lower_end, frequencies, k)
+        if value < best.gain:
+            best = LargestGain(value, frequency)
     return best
+
+
+def refined_minimum(of: Callable[[float], float], frequencies: Array, k: int) -> tuple[float, float]:
+    """Return the least value between the neighbours of frequency k, and its place.
+
+    It is sought over the distance from frequency k, so that the place is as exact as the minimum is flat.
+    """
+    search = for_vibrations("scipy.optimize").minimize_scalar
+    middle, ends = frequencies[k], frequencies[[max(k - 1, 0), min(k + 1, len(frequencies) - 1)]]
+    found = search(lambda d: of(middle + d), bounds=tuple(ends - middle), method="bounded",
+                   options={"xatol": EXACT * middle})  # fmt: skip
+    here = of(float(middle))
+    return (float(found.fun), float(middle + found.x)) if found.fun < here else (here, float(middle))
 
 
 def _beside(values: Array, k: int) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade, laplace
 from symoro_elastic.analysis.control.closed_loop import closed_loop
-from symoro_elastic.analysis.control.largest_gain import LargestGain, Terms, largest_gain
+from symoro_elastic.analysis.control.largest_gain import LargestGain, Terms, largest_gain, refined_minimum
 from symoro_elastic.analysis.control.plant import Axis, Plant, response_slopes
 from symoro_elastic.analysis.vibration.modes import damped_poles
 from symoro_elastic.foundation.array_types import Array, ComplexArray
@@ -261,17 +261,8 @@ def margins(of: Callable[[Array], ComplexArray], frequencies: Array) -> Margins:
 
 def least(of: Callable[[Array], Array], frequencies: Array) -> tuple[float, float]:
     """Return the least value over frequencies and its place, Hz, refined between its neighbours."""
-    values = of(frequencies)
-    k = int(np.nanargmin(values))
-    ends = np.log(frequencies[[max(k - 1, 0), min(k + 1, len(values) - 1)]])
-    search = for_vibrations("scipy.optimize").minimize_scalar
-    found = search(lambda x: float(of(np.exp(np.array([x])))[0]), bounds=tuple(ends), method="bounded",
-                   options={"xatol": 1e-12})  # fmt: skip
-    return (
-        (float(found.fun), float(np.exp(found.x)))
-        if found.fun < values[k]
-        else (float(values[k]), float(frequencies[k]))
-    )
+    k = int(np.nanargmin(of(frequencies)))
+    return refined_minimum(lambda f: float(of(np.array([f]))[0]), frequencies, k)
 
 
 def crossings(of: Callable[[Array], Array], frequencies: Array) -> list[float]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from symoro_elastic.analysis.control.cascade import laplace
 from symoro_elastic.analysis.control.control import Control
+from symoro_elastic.analysis.control.lobes import Lobes
 from symoro_elastic.analysis.control.loops import AxisLoops, loops_of
 from symoro_elastic.analysis.control.views import place_text
 from symoro_elastic.foundation.pictures import new_figure
@@ -15,6 +16,8 @@ from symoro_elastic.foundation.results import figures_of
 
 FURTHEST = 3.0
 """Half the width of a Nyquist diagram around -1."""
+HIGHEST = 8.0
+"""Of the depth that is stable at all speeds: the end of the axis of lobes."""
 STYLES = {"velocity": "-", "position": "--"}
 
 
@@ -27,6 +30,29 @@ def _(control: Control) -> dict[str, Any]:
         axes = [loops[k] for loops in by_place]
         found |= {f"open_loops_{one.motor}": bode(control, axes), f"nyquist_{one.motor}": nyquist(control, axes)}
     return found | {"compliances": compliances(control)}
+
+
+@figures_of.register
+def _(lobes: Lobes) -> dict[str, Any]:
+    """Return stability_lobes: depths and frequencies of waves over the spindle speed."""
+    figure = new_figure(8.0, 5.5)
+    depth, waves = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    for k, place in enumerate(lobes.places):
+        label = place_text(place.place) if len(lobes.places) > 1 else None
+        shown = np.where(np.isfinite(place.depths), 1e3 * place.depths, np.nan)
+        depth.plot(lobes.speeds, shown, linewidth=0.9, color=f"C{k % 10}", label=label)
+        depth.axhline(1e3 * place.least, linewidth=0.6, color=f"C{k % 10}", linestyle="--")
+        waves.plot(lobes.speeds, place.waves, ".", markersize=2, color=f"C{k % 10}")
+    depth.set_ylim(0, HIGHEST * 1e3 * min(place.least for place in lobes.places))
+    depth.set_ylabel("depth, mm: stable below")
+    waves.set_ylabel("waves, Hz")
+    waves.set_xlabel("spindle speed, turns per minute")
+    for axis in (depth, waves):
+        axis.grid(True, linewidth=0.3)
+    if len(lobes.places) > 1:
+        depth.legend(fontsize="x-small")
+    depth.set_title(f"{lobes.machine}: stability lobes along {lobes.cut.direction}")
+    return {"stability_lobes": figure}
 
 
 def bode(control: Control, axes: list[AxisLoops]) -> Any:

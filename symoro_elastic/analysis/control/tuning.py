@@ -34,6 +34,10 @@ class Distances:
     position: float
 
 
+USUAL = Distances(0.5, 0.7)
+"""Distances where none are given."""
+
+
 def tuned(plants: Sequence[Plant], cascades: Sequence[Cascade], distances: Distances) -> list[Cascade]:
     """Return the cascades with their sought gains; raises `InputError` where none, or nothing, limits one."""
     found = list(cascades)

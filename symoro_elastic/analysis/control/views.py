@@ -9,6 +9,7 @@ import numpy as np
 from symoro_elastic.analysis.control.cascade import Cascade
 from symoro_elastic.analysis.control.control import AxisControl, Compliance, Control, Limit, PlaceControl
 from symoro_elastic.analysis.control.largest_gain import LargestGain
+from symoro_elastic.analysis.control.lobes import Cut, Lobe, Lobes
 from symoro_elastic.analysis.control.loops import Margins
 from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
@@ -64,6 +65,47 @@ declare(
     Field("tuned"),
     Field("notes"),
 )
+
+
+declare(Cut, Field("coefficient"), Field("teeth"), Field("direction"), Field("thickness"))
+declare(
+    Lobe,
+    Field("position", "place"),
+    Field("depths"),
+    Field("frequencies", "waves"),
+    Field("least"),
+    Field("frequency"),
+    Field("influences", lambda one: dict(one.strongest)),
+)
+declare(
+    Lobes,
+    Field("machine"),
+    Field("cut"),
+    Field("speeds", array=True, column="speed"),
+    Field("worst", array=True, column="depth"),
+    Field("places"),
+    Field("notes"),
+)
+
+
+@parts_of.register
+def _(lobes: Lobes) -> list[Part]:
+    """Return the deepest stable cuts, and what limits the least one."""
+    heads = ("position", "stable at all speeds", "waves at, Hz", "best speed", "stable there")
+    table = Table(heads, title=lobes.machine)
+    for place in lobes.places:
+        best = int(np.argmax(place.depths))
+        cells = (_millimetres(place.least), f"{place.frequency:.4g}", f"{lobes.speeds[best]:.5g}")
+        table.add_row(place_text(place.place), *cells, _millimetres(place.depths[best]))
+    worst = min(lobes.places, key=lambda place: place.least)
+    effects = [_effect(name, x) for name, x in worst.strongest if abs(x) >= LEAST_LISTED][:MOST_LISTED]
+    said = f"waves at {worst.frequency:.4g} Hz limit the depth at all speeds to {_millimetres(worst.least)}"
+    unlimited = "no depth is unstable: the response has no negative real part"
+    return [table, f"{said}: {'; '.join(effects)}" if np.isfinite(worst.least) else unlimited, *lobes.notes]
+
+
+def _millimetres(depth: float) -> str:
+    return f"{1e3 * depth:.4g} mm" if np.isfinite(depth) else "any"
 
 
 @parts_of.register

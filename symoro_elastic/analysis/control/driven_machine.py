@@ -1,0 +1,140 @@
+"""A machine with its drives: its plants at positions, motors without a drive held, and the drives with their gains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
+from symoro_elastic.analysis.control.plant import Axis, Plant
+from symoro_elastic.analysis.control.tuning import Distances, tuned
+from symoro_elastic.analysis.vibration.linearization import Linearization, linearize
+from symoro_elastic.analysis.vibration.modes import damped_poles
+from symoro_elastic.analysis.vibration.responses import with_modal_damping
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import drives_of
+from symoro_elastic.machine.drives import MOTOR, Drive
+from symoro_elastic.machine.joints import Kind
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
+from symoro_elastic.numerics.motion.signals import outputs
+
+UNDAMPED = 1e-6
+"""Of a pole: a damping ratio below is none."""
+States = Sequence[tuple[Mapping[str, float], State]]
+"""States with the positions that were asked for."""
+
+
+@dataclass(frozen=True)
+class DrivenMachine:
+    """Plants at positions, drives with gains; `tuned` are the gains that were found, as motor.Kp."""
+
+    plants: tuple[Plant, ...]
+    cascades: tuple[Cascade, ...]
+    tuned: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def driven_machine(
+    motion: EquationsOfMotion, states: States, distances: Distances, damping: float, tune: bool, signals: Sequence[str]
+) -> DrivenMachine:
+    """Return a machine at some states with its drives; with `tune` all gains are sought, else those left to tuning.
+
+    `signals` are outputs that have rows in the linearizations. Raises `InputError`.
+    """
+    drives = drives_of(motion.asked).by_motor
+    cascades = [cascade_of(name, one, motion.parameters, motion.source) for name, one in drives.items()]
+    if tune:
+        cascades = [_sought(one, drives[one.motor]) for one in cascades]
+    plants = tuple(_plant(motion, state, place, drives, damping, signals) for place, state in states)
+    found = tuple(f"{one.motor}.{key}" for one in cascades for key in one.sought)
+    if found:
+        for plant in plants:
+            _refuse_undamped(plant)
+        cascades = tuned(plants, cascades, distances)
+    return DrivenMachine(plants, tuple(cascades), found, _notes(plants[0]))
+
+
+def refuse_without_drives(motion: EquationsOfMotion) -> None:
+    """Raise `InputError` for a machine without drives, with the table to write."""
+    if drives_of(motion.asked):
+        return
+    motors = [joint.name for joint in motion.asked.motor_joints]
+    example = f'{motors[0]} = {{ Kv = "tuned", Kp = "tuned", Tn = "tuned", dead_time = 1.5e-4 }}' if motors else ""
+    what = f"no motor has one: write {example} below [drives]" if motors else "the machine has no motor"
+    raise InputError(motion.source, "drives", what)
+
+
+def _sought(one: Cascade, drive: Drive) -> Cascade:
+    """Return a cascade all of whose gains are sought; it stays without integral part."""
+    keys = ("Kp", "Kv") if drive.Tn is None else ("Kp", "Tn", "Kv")
+    return replace(one.with_gains(**dict.fromkeys(keys, np.nan)), sought=keys)
+
+
+def default_compliances(machine: Machine) -> tuple[str, ...]:
+    """Return x, y, z of the last fixed frame, else of the last row."""
+    fixed = [joint.name for joint in machine.joints if joint.kind is Kind.FIXED]
+    frame = (fixed or [machine.joints[-1].name])[-1]
+    return tuple(f"{frame}.{axis}" for axis in "xyz")
+
+
+def _plant(
+    motion: EquationsOfMotion,
+    state: State,
+    place: Mapping[str, float],
+    drives: Mapping[str, Drive],
+    damping: float,
+    signals: Sequence[str],
+) -> Plant:
+    """Return the machine about a state, with the rows of its axes; motors without a drive are held."""
+    measured = [one.measured for one in drives.values() if one.measured != MOTOR]
+    _refuse_velocities(motion, [*signals, *measured])
+    linear = linearize(motion, state, (), [*dict.fromkeys([*signals, *measured])])
+    linear = with_modal_damping(linear, damping)
+    axes = {}
+    for name, velocity in zip(motion.motor_names, linear.motors, strict=True):
+        drive = drives.get(name)
+        axes[name] = Axis(name, velocity, _position(linear, name, velocity, drive) if drive else velocity)
+    held = tuple(name for name in motion.motor_names if name not in drives)
+    return Plant(linear, axes, damping, held, place)
+
+
+def _refuse_velocities(motion: EquationsOfMotion, signals: Sequence[str]) -> None:
+    for signal in outputs(motion.given, signals):
+        if signal.order:
+            what = f"{signal.name} is no position: name one, such as tool.x or motor.q"
+            raise InputError(motion.source, "drives, measured, or --output", what)
+
+
+def _position(linear: Linearization, motor: str, velocity: Array, drive: Drive) -> Array:
+    """Return the row of a controlled position, over what it changes with the motor where springs do not deflect."""
+    if drive.measured == MOTOR:
+        return velocity
+    row = linear.Cq[linear.outputs.index(" ".join(drive.measured.split()))]
+    ratio = float(row @ velocity) / float(velocity @ velocity)
+    if abs(ratio) <= 1e-9 * np.abs(row).max(initial=0.0):
+        what = f"{drive.measured} does not move with {motor} here: name a position behind it"
+        raise InputError(linear.motion.source, f"drives, {motor}, measured", what)
+    position: Array = row / ratio
+    return position
+
+
+def _refuse_undamped(plant: Plant) -> None:
+    """Raise `InputError` where a mode has no damping, so that gains would have no meaning."""
+    poles = damped_poles(plant.linear)[0]
+    swinging = poles[(poles.imag > 0) & (np.abs(poles.real) <= UNDAMPED * np.abs(poles))]
+    if len(swinging):
+        least_one = float(np.abs(swinging).min()) / (2 * np.pi)
+        what = (
+            f"{len(swinging)} modes have no damping, the lowest at {least_one:.4g} Hz, and gains depend on it: give "
+            "[springs] damping, or a ratio for all modes, as 0.01"
+        )
+        raise InputError(plant.linear.motion.source, "--damping", what)
+
+
+def _notes(plant: Plant) -> tuple[str, ...]:
+    held = [f"{name} has no drive and is held" for name in plant.held]
+    return (*plant.linear.doubts, *held)
