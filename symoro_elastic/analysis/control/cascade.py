@@ -20,6 +20,7 @@ from symoro_elastic.machine.drives import TUNED, Drive, LowPass, Notch, why_wron
 from symoro_elastic.machine.formula import FormulaError
 
 ROOT_2 = 2**0.5
+CURRENT = "lag of the current loop"
 
 
 def laplace(frequencies: Array) -> ComplexArray:
@@ -198,7 +199,7 @@ def _path(drive: Drive, numbers: Mapping[str, float]) -> Iterator[Element]:
     if period:
         yield Hold("period", period)
     if numbers["current, lag"]:
-        yield FirstOrder("lag of the current loop", numbers["current, lag"])
+        yield FirstOrder(CURRENT, numbers["current, lag"])
     for k, one in enumerate(drive.filters, start=1):
         f = numbers[f"filter {k}, frequency"]
         if isinstance(one, Notch):
@@ -247,10 +248,9 @@ def system_of(path: tuple[Element, ...], parts: int = 1) -> System:
         found = found.then(_pade(delay / parts))
     for one in path:
         if isinstance(one, FirstOrder):
-            rate = 1 / one.time
-            found = found.then(System(np.array([[-rate]]), np.array([rate]), np.array([1.0]), 0.0))
+            found = found.then(first_order_system(one))
         elif isinstance(one, Biquad):
-            found = found.then(_biquad(one))
+            found = found.then(biquad_system(one))
     return found
 
 
@@ -261,7 +261,14 @@ def _pade(delay: float) -> System:
     return System(A, np.array([0.0, 1 / delay]), np.array([0.0, -12.0]), 1.0)
 
 
-def _biquad(one: Biquad) -> System:
+def first_order_system(one: FirstOrder) -> System:
+    """Return a lag as a linear system."""
+    rate = 1 / one.time
+    return System(np.array([[-rate]]), np.array([rate]), np.array([1.0]), 0.0)
+
+
+def biquad_system(one: Biquad) -> System:
+    """Return a filter of order 2 as a linear system, with states scaled by its frequency."""
     w = one.w
     A = np.array([[0.0, w], [-w, -2 * one.below * w]])
     if one.low:

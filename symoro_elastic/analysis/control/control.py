@@ -29,6 +29,7 @@ from symoro_elastic.analysis.control.loops import (
     margins,
 )
 from symoro_elastic.analysis.control.plant import Plant
+from symoro_elastic.analysis.control.sampled import sampled_loop
 from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.progress import Progress, no_progress
@@ -99,12 +100,16 @@ class Compliance:
 
 @dataclass(frozen=True)
 class PlaceControl:
-    """All axes at one position; `growth` is the largest real part of a pole, 1/s."""
+    """All axes at one position; `growth` is the fastest growth of a motion, 1/s, negative where all decay.
+
+    It is that of the exact map where drives have a `period`, s, else the largest real part of a pole.
+    """
 
     place: Mapping[str, float]
     axes: tuple[AxisControl, ...]
     compliances: tuple[Compliance, ...]
     growth: float
+    period: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -179,7 +184,9 @@ def _place(plant: Plant, cascades: Sequence[Cascade], distances: Distances, sign
     loop = closed_loop(plant, cascades)
     axes = tuple(_axis(one, loop, cascades, distances) for one in loops_of(plant, cascades))
     compliances = tuple(_compliance(plant, loop, cascades, name) for name in signals)
-    return PlaceControl(dict(plant.place), axes, compliances, loop.growth)
+    exact = sampled_loop(plant, cascades)
+    growth, period = (exact.growth, exact.period) if exact else (loop.growth, 0.0)
+    return PlaceControl(dict(plant.place), axes, compliances, growth, period)
 
 
 def _axis(one: AxisLoops, loop: ClosedLoop, cascades: Sequence[Cascade], distances: Distances) -> AxisControl:

@@ -53,7 +53,7 @@ declare(
     Field("limits"),
 )
 declare(Compliance, Field("output"), Field("static"), Field("peak"), Field("frequency"), Field("unit"))
-declare(PlaceControl, Field("position", "place"), Field("axes"), Field("compliances"), Field("growth"))
+declare(PlaceControl, Field("position", "place"), Field("axes"), Field("compliances"), Field("growth"), Field("period"))
 declare(Distances, Field("velocity"), Field("position"))
 declare(
     Control,
@@ -208,6 +208,8 @@ def _effect(name: str, slope: float) -> str:
 def stability_lines(control: Control) -> list[str]:
     """Return a line for each position at which the loops are unstable, or that all are stable."""
     unstable = [place for place in control.places if place.growth >= 0]
+    period = control.places[0].period
+    sampled = f", sampled every {1e3 * period:g} ms" if period else ""
     if not unstable:
-        return ["all loops closed: stable" + (" at all positions" if len(control.places) > 1 else "")]
+        return [f"all loops closed{sampled}: stable" + (" at all positions" if len(control.places) > 1 else "")]
     return [f"unstable at {place_text(place.place)}: a motion grows by {place.growth:.3g} 1/s" for place in unstable]

@@ -30,12 +30,12 @@ PATH = (DeadTime("dead time", 1.5e-4), FirstOrder("lag", 2e-4), Biquad("notch", 
 RATIO = 0.02
 
 
-def plant_of(machine: Machine | str, held: tuple[str, ...] = (), **values: float) -> Plant:
+def plant_of(machine: Machine | str, held: tuple[str, ...] = (), ratio: float = RATIO) -> Plant:
     source = se.read(EXAMPLES / machine) if isinstance(machine, str) else machine
-    motion = motion_of(source, values)
-    linear = with_modal_damping(linearize(motion, equilibrium(motion, {})), RATIO)
+    motion = motion_of(source)
+    linear = with_modal_damping(linearize(motion, equilibrium(motion, {})), ratio)
     rows = zip(motion.motor_names, linear.motors, strict=True)
-    return Plant(linear, {name: Axis(name, row, row) for name, row in rows}, RATIO, held)
+    return Plant(linear, {name: Axis(name, row, row) for name, row in rows}, ratio, held)
 
 
 def weightless(machine: Machine) -> Machine:

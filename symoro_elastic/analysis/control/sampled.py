@@ -1,0 +1,170 @@
+"""Sampled controllers exactly: the map of machine and controllers over one period.
+
+The torque's set point w is held. It changes a dead time 0 < Td <= T after a sample, so that over a period T
+
+    x(T) = e^(A T) x + e^(A (T - Td)) int_0^Td e^(A s) ds B w_old + int_0^(T - Td) e^(A s) ds B w_new,
+
+x holding the machine and its current loops. Controllers read the machine at samples: integral parts by backward Euler,
+filters by Tustin's rule that is exact at their own frequency. Drives without a period are closed in A. A cascade with
+modes above half the sampling rate is told as it is: the map knows nothing of frequencies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.analysis.control.cascade import (
+    CURRENT,
+    Biquad,
+    Cascade,
+    DeadTime,
+    FirstOrder,
+    Hold,
+    System,
+    biquad_system,
+    first_order_system,
+)
+from symoro_elastic.analysis.control.closed_loop import closed_loop
+from symoro_elastic.analysis.control.plant import Plant
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+
+
+@dataclass(frozen=True)
+class SampledLoop:
+    """The map (states, states) over a `period`, s."""
+
+    map: Array
+    period: float
+
+    @property
+    def poles(self) -> ComplexArray:
+        """The eigenvalues of the map: a motion that lasts is at 1."""
+        found: ComplexArray = np.linalg.eigvals(self.map).astype(complex)
+        return found
+
+    @property
+    def growth(self) -> float:
+        """The fastest growth of a motion, 1/s: negative where all decay."""
+        return float(np.log(np.abs(self.poles).max()) / self.period)
+
+
+def period_of(cascades: Sequence[Cascade], source: str) -> float:
+    """Return the period of the sampled drives, 0 where there are none; raises `InputError` where they have several."""
+    periods = {one.motor: hold.time for one in cascades for hold in one.path if isinstance(hold, Hold)}
+    if len({*periods.values()}) > 1:
+        shown = ", ".join(f"{name} {period:g} s" for name, period in periods.items())
+        raise InputError(source, "drives, period", f"{shown}: sampled drives have one period")
+    return next(iter(periods.values()), 0.0)
+
+
+def sampled_loop(plant: Plant, cascades: Sequence[Cascade]) -> SampledLoop | None:
+    """Return the map of all loops; None where no drive is sampled. Raises `InputError`."""
+    source = plant.linear.motion.source
+    period = period_of(cascades, source)
+    if not period:
+        return None
+    sampled = [_Controller.of(one, period, source) for one in cascades if any(isinstance(x, Hold) for x in one.path)]
+    names = {one.cascade.motor for one in sampled}
+    rest = closed_loop(plant, [one for one in cascades if one.motor not in names])
+    A, B = _with_current_loops(plant, rest.A, rest.by_force, sampled)
+    old, new = _held(A, B, [one.dead_time for one in sampled], period)
+    return SampledLoop(_map(plant, A, old, new, sampled, period), period)
+
+
+def _with_current_loops(plant: Plant, A: Array, by_force: Array, sampled: Sequence[_Controller]) -> tuple[Array, Array]:
+    """Return A and B of the machine behind the current loops of sampled drives, whose lags are the last states."""
+    n, lags = len(A), [one.lag for one in sampled]
+    states = [k for k, lag in enumerate(lags) if lag]
+    whole, B = np.zeros((n + len(states), n + len(states))), np.zeros((n + len(states), len(sampled)))
+    whole[:n, :n] = A
+    for k, one in enumerate(sampled):
+        push = by_force @ plant.axes[one.cascade.motor].velocity
+        if lags[k]:
+            row = n + states.index(k)
+            whole[:n, row], whole[row, row], B[row, k] = push, -1 / lags[k], 1 / lags[k]
+        else:
+            B[:n, k] = push
+    return whole, B
+
+
+def _held(A: Array, B: Array, dead_times: Sequence[float], period: float) -> tuple[Array, Array]:
+    """Return what old and new set points of torque do over a period, (states, drives) each."""
+    expm = for_vibrations("scipy.linalg").expm
+    n = len(A)
+    old, new = np.zeros_like(B), np.zeros_like(B)
+    for k, dead in enumerate(dead_times):
+        together = np.zeros((n + 1, n + 1))
+        together[:n, :n], together[:n, n] = A, B[:, k]
+        after = expm(together * (period - dead))
+        old[:, k] = after[:n, :n] @ expm(together * dead)[:n, n]
+        new[:, k] = after[:n, n]
+    return old, new
+
+
+def _map(plant: Plant, A: Array, old: Array, new: Array, sampled: Sequence[_Controller], period: float) -> Array:
+    """Return the map of x, the set points w of torque, and the controllers' states, in this order."""
+    n, m = len(A), len(sampled)
+    sizes = [len(one.A) for one in sampled]
+    ends = np.cumsum([n + m, *sizes])
+    step = np.zeros((ends[-1], ends[-1]))
+    step[:n, :n] = for_vibrations("scipy.linalg").expm(A * period)
+    step[:n, n : n + m] = old
+    N = plant.free
+    free = N.shape[1]
+    for k, one in enumerate(sampled):
+        axis, own = plant.axes[one.cascade.motor], slice(ends[k], ends[k + 1])
+        error = np.zeros(ends[-1])  # e = -(Kv p + v) at the sample
+        error[:free], error[free : 2 * free] = -one.cascade.Kv * (axis.position @ N), -(axis.velocity @ N)
+        w = one.D * error
+        w[own] += one.C
+        step[n + k] = w
+        step[:n] += np.outer(new[:, k], w)
+        step[own] += np.outer(one.B, error)
+        step[own, own] += one.A
+    return step
+
+
+@dataclass(frozen=True)
+class _Controller:
+    """A sampled velocity controller with filters, z+ = A z + B e, w = C z + D e; dead time and lag behind it."""
+
+    cascade: Cascade
+    A: Array
+    B: Array
+    C: Array
+    D: float
+    dead_time: float
+    lag: float
+
+    @classmethod
+    def of(cls, one: Cascade, period: float, source: str) -> _Controller:
+        """Return the controller of a cascade; raises `InputError` for a dead time beyond a period."""
+        dead = sum(x.time for x in one.path if isinstance(x, DeadTime))
+        if dead > period * (1 + 1e-12):
+            what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
+            raise InputError(source, f"drives, {one.motor}, dead_time", what)
+        law = System.gain(one.Kp)
+        if one.Tn < np.inf:
+            share = period / one.Tn
+            law = System(np.eye(1), np.array([period]), np.array([one.Kp / one.Tn]), one.Kp * (1 + share))
+        lags = [x for x in one.path if isinstance(x, FirstOrder) and x.name == CURRENT]
+        for x in one.path:
+            if isinstance(x, Biquad):
+                law = law.then(by_tustin(biquad_system(x), x.w, period))
+            elif isinstance(x, FirstOrder) and x.name != CURRENT:
+                law = law.then(by_tustin(first_order_system(x), 1 / x.time, period))
+        return cls(one, law.A, law.B, law.C, law.D, min(dead, period), sum(x.time for x in lags))
+
+
+def by_tustin(one: System, w: float, period: float) -> System:
+    """Return a filter over samples by s = c (z - 1)/(z + 1), c = w/tan(w T/2): right at w, below half the rate."""
+    c = w / np.tan(w * period / 2) if w * period < np.pi else 2 / period
+    inverse = np.linalg.inv(c * np.eye(len(one.A)) - one.A)
+    root = np.sqrt(2 * c)
+    D = one.D + float(one.C @ inverse @ one.B)
+    return System(inverse @ (c * np.eye(len(one.A)) + one.A), root * inverse @ one.B, root * one.C @ inverse, D)
