@@ -1,0 +1,277 @@
+"""A program as function blocks of Structured Text: straight lines, in parts where the program is long."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from symoro_elastic.codegen.body import Dialect, Writer, c_continued
+from symoro_elastic.codegen.package import Argument, Function, Package, ParameterValue, Result
+from symoro_elastic.codegen.package_context import function_context
+from symoro_elastic.codegen.partition import Part, Step, partition
+from symoro_elastic.codegen.printers import ATOM, Printer, Text
+from symoro_elastic.codegen.st_lines import INDENT, WIDTH, comment, declarations, in_comment, statement
+from symoro_elastic.codegen.st_names import StNames
+from symoro_elastic.symbolic.operations import ATAN2, COS, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.program import Statement, by_section, rename_variables
+
+LONGEST_BLOCK = 4000
+"""Statements of a function block: controllers limit the size of code."""
+OWN_FUNCTIONS = (SIGN, ATAN2)
+"""Operations that Structured Text has no function for."""
+PREPARED, WORK = "prepared", "work"
+ABSURD = 1e30
+"""What a parameter without a value begins with: results show that it was not given. It is in the range of REAL."""
+ST = Dialect("", ";", lambda text: f"(* {in_comment(text)} *)", c_continued, {})
+
+
+class StForm:
+    """How a file writes numbers, and the names in it: of blocks, functions, array types."""
+
+    def __init__(self, package: Package, type_: str, suffix: str) -> None:
+        """`type_` is LREAL or REAL; all names of the file end in `suffix`."""
+        self.package, self.type, self.suffix = package, type_, suffix
+        self.names = StNames()
+        self.types: dict[int, str] = {}
+        self._names_of_lengths = {
+            len(package.dependent or ()): "dependent",
+            len(package.motor_names): "motors",
+            len(package.axes): "joints",
+        }
+        self.functions = {operation: self.name(operation) for operation in OWN_FUNCTIONS}
+        self.called: set[str] = set()
+
+    def name(self, what: str) -> str:
+        """Return the name of a block, a function or a type of the machine."""
+        return self.names.give(f"{self.package.name}_{what}{self.suffix}")
+
+    def array(self, length: int) -> str:
+        """Return the type of arrays of a length; those without entries have one that is not used."""
+        if length not in self.types:
+            self.types[length] = self.name(self._names_of_lengths.get(length, f"x{length}"))
+        return self.types[length]
+
+    def number(self, x: float) -> str:
+        """Return a literal: with a point, and typed where compilers would take it for LREAL."""
+        digits, e, exponent = repr(abs(x)).partition("e")
+        text = f"{digits if '.' in digits else f'{digits}.0'}{f'E{int(exponent)}' if e else ''}"
+        return f"{'-' if x < 0 else ''}{'REAL#' if self.type == 'REAL' else ''}{text}"
+
+
+@dataclass(frozen=True)
+class StArray:
+    """An array of a block: name, type, length, and its meaning, with the name that it has elsewhere."""
+
+    name: str
+    type: str
+    length: int
+    meaning: str = ""
+
+    @property
+    def declared(self) -> list[str]:
+        """Lines that declare it, its meaning beside it or, where that is long, above."""
+        line = f"{INDENT * 2}{self.name} : {self.type};"
+        if not self.meaning:
+            return [line]
+        beside = f"{line} (* {self.meaning} *)"
+        return [beside] if len(beside) <= WIDTH else [*comment(self.meaning, INDENT * 2), line]
+
+
+@dataclass(frozen=True)
+class StBlock:
+    """A function block, as the template is given it."""
+
+    name: str
+    about: tuple[str, ...]
+    inputs: tuple[StArray, ...] = ()
+    in_outs: tuple[StArray, ...] = ()
+    results: tuple[StArray, ...] = ()
+    given: tuple[str, ...] = ()
+    parameters: tuple[str, ...] = ()
+    variables: tuple[str, ...] = ()
+    body: tuple[str, ...] = ()
+
+
+class StPrinter(Printer):
+    """Numbers with a point, functions in capitals."""
+
+    def __init__(self, function: Function, form: StForm) -> None:
+        super().__init__(function.program, functions={SIN: "SIN", COS: "COS", SQRT: "SQRT", **form.functions})
+        self.form = form
+
+    def literal(self, value: float) -> Text:
+        """A number of the file."""
+        plain = super().literal(value)
+        return Text(plain.negative, self.form.number(abs(value)), ATOM)
+
+    def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
+        """An operation as a call of a function."""
+        self.form.called.add(operation)
+        return super().call(operation, flipped, texts)
+
+
+class StWriter(Writer):
+    """Statements of Structured Text."""
+
+    def statements(self, statements: Sequence[Statement]) -> list[str]:
+        """Assignments below the headings of their sections, on lines that hold few operators."""
+        lines: list[str] = []
+        for section, group in by_section(statements):
+            lines += ["", *comment(self.heading(section), INDENT)]
+            for one in group:
+                lines += statement(f"{INDENT}{one.name} := ", self.printer.right_side(one))
+        return lines
+
+
+class StFunction:
+    """A model as function blocks."""
+
+    def __init__(self, form: StForm, function: Function, longest: int = LONGEST_BLOCK) -> None:
+        """`longest` is the most statements of a block."""
+        self.form, self.package, self.longest = form, form.package, longest
+        self.name, self.about = form.name(function.name), function_context(function)
+        self.names = StNames((PREPARED, WORK), self.package.name)
+        self.arguments = [*map(self._array, function.arguments)]
+        self.results = [*map(self._array, function.results)]
+        read = [p for p in self.package.parameters if p.symbol in function.program.used]
+        self.parameters = {self.names.give(p.symbol): p for p in read}
+        self.function = self._named(function)
+        self.program = self.function.program
+        self.printer = StPrinter(self.function, form)
+        self.writer = StWriter(self.printer, ST, self.package.joint_names)
+
+    def blocks(self) -> list[StBlock]:
+        """Return the parts of a long model, then the block that users call."""
+        results = self._stored()
+        at_end = frozenset(self.printer.referenced)
+        steps = [Step(one, self.printer.text_of(one).names) for one in self.program.statements]
+        parts, slots = partition(steps, at_end, self.longest)
+        entries = {symbol: f"{a.name}[{k}]" for a, x in self._inputs() for k, symbol in enumerate(x)}
+        if len(parts) == 1:
+            lines = [self._copy(symbol, entry) for symbol, entry in entries.items() if symbol in parts[0].uses]
+            body = [*lines, *self._once(), *self.writer.statements(self.program.statements), *results]
+            made = [s.name for s in self.program.statements]
+            return [self._block(body, [*(x for x in entries if x in parts[0].uses), *made])]
+        return self._in_parts(parts, slots, entries, results)
+
+    def _array(self, array: Argument | Result) -> StArray:
+        length = array.size if isinstance(array, Argument) else math.prod(array.shape)
+        name = self.names.give(array.name)
+        meaning = array.meaning if name == array.name else f"{array.name}: {array.meaning}"
+        return StArray(name, self.form.array(length), length, in_comment(meaning))
+
+    def _named(self, function: Function) -> Function:
+        """The function with names that can be had for its variables."""
+        program = function.program
+        symbols = [*(p.symbol for p in self.parameters.values()), *(s for one in program.inputs for s in one.symbols)]
+        changed = {name: self.names.give(name) for name in symbols if self.names.give(name) != name}
+        program = rename_variables(program, changed) if changed else program
+
+        def of(statements: tuple[Statement, ...]) -> tuple[Statement, ...]:
+            return tuple(s._replace(name=self.names.give(s.name)) for s in statements)
+
+        return replace(function, program=replace(program, once=of(program.once), statements=of(program.statements)))
+
+    def _inputs(self) -> list[tuple[StArray, tuple[str, ...]]]:
+        """The arguments, each with the names of its entries."""
+        return list(zip(self.arguments, (one.symbols for one in self.program.inputs), strict=True))
+
+    def _copy(self, to: str, source: str) -> str:
+        return f"{INDENT}{to} := {source};"
+
+    @property
+    def missing(self) -> list[str]:
+        """Names of the parameters without a value: inputs of the block."""
+        return [name for name, p in self.parameters.items() if math.isnan(p.value)]
+
+    def _once(self) -> list[str]:
+        """Lines that compute what depends on parameters only: at the first call, unless some are inputs."""
+        if not self.program.once:
+            return []
+        if self.missing:
+            return self.writer.statements(self.program.once)
+        inside = [f"{INDENT}{line}" for line in self.writer.statements(self.program.once)[1:]]
+        return [f"{INDENT}IF NOT {PREPARED} THEN", *inside, f"{INDENT * 2}{PREPARED} := TRUE;", f"{INDENT}END_IF;"]
+
+    def _stored(self) -> list[str]:
+        """Lines that store the results."""
+        lines = ["", f"{INDENT}(* Results. *)"]
+        for array, output in zip(self.results, self.program.outputs, strict=True):
+            for k, x in enumerate(output.entries):
+                lines += statement(f"{INDENT}{array.name}[{k}] := ", self.printer.value(x))
+        return lines
+
+    def _block(self, body: Iterable[str], names: Sequence[str], more: Sequence[str] = ()) -> StBlock:
+        """The block that users call, with variables of these names, and `more` that are declared already."""
+        once, missing = [s.name for s in self.program.once], self.missing
+        variables = [*more, *declared([*once, *names], self.form.type)]
+        variables += [f"{INDENT * 2}{PREPARED} : BOOL := FALSE;"] if once and not missing else []
+        return StBlock(
+            self.name,
+            self._about(),
+            inputs=tuple(a for a in self.arguments if a.length),
+            results=tuple(a for a in self.results if a.length),
+            given=tuple(parameter_line(x, p, self.form) for x, p in self.parameters.items() if x in missing),
+            parameters=tuple(parameter_line(x, p, self.form) for x, p in self.parameters.items() if x not in missing),
+            variables=tuple(variables),
+            body=tuple(body),
+        )
+
+    def _about(self) -> tuple[str, ...]:
+        """Title, equations, operations, and what is to be known of arguments and results."""
+        others = [line for line in self.about["documented"] if ": " in line and not line.startswith("->")]
+        own = {f"{a.name} (" for a in self.function.arguments}
+        remarks = [line for line in others if not line.startswith(tuple(own))] if own else others
+        return f"{self.about['title']} {self.about['equations']}.", self.about["counts"], *remarks
+
+    # Parts of a long program, which hand on their variables in one array
+
+    def _in_parts(
+        self, parts: Sequence[Part], slots: int, entries: dict[str, str], results: Sequence[str]
+    ) -> list[StBlock]:
+        """Blocks for the parts, and that which calls them: parameters and arguments stand behind what is handed on."""
+        given = [*entries, *self.parameters, *(s.name for s in self.program.once)]
+        used = frozenset().union(*(part.uses for part in parts))
+        places = {name: slots + k for k, name in enumerate(x for x in given if x in used)}
+        work = StArray(WORK, self.form.array(slots + len(places)), slots + len(places))
+        blocks = [
+            self._part(k, part, places, work, results if part is parts[-1] else [])
+            for k, part in enumerate(parts, start=1)
+        ]
+        body = [f"{INDENT}{WORK}[{k}] := {entries.get(name, name)};" for name, k in places.items()]
+        calls = [f"{INDENT}part{k}({WORK} := {WORK});" for k in range(1, len(blocks) + 1)]
+        copied = [f"{INDENT}{a.name} := part{len(blocks)}.{a.name};" for a in self.results if a.length]
+        own = [f"{INDENT * 2}part{k} : {block.name};" for k, block in enumerate(blocks, start=1)]
+        own += [f"{INDENT * 2}{WORK} : {work.type};"]
+        return [*blocks, self._block([*self._once(), *body, *calls, *copied], [], own)]
+
+    def _part(self, number: int, part: Part, places: dict[str, int], work: StArray, results: Sequence[str]) -> StBlock:
+        """A part: what it needs is read from the array, what others need is written there."""
+        read = {**part.live_in, **{name: k for name, k in places.items() if name in part.uses}}
+        made = [step.statement for step in part.steps]
+        lines = [self._copy(name, f"{WORK}[{k}]") for name, k in read.items()]
+        lines += self.writer.statements(made)
+        lines += ["", *(self._copy(f"{WORK}[{k}]", name) for name, k in part.live_out.items())]
+        return StBlock(
+            self.form.name(f"{self.function.name}_p{number}"),
+            (f"Part {number} of {self.name}.",),
+            in_outs=(work,),
+            results=tuple(a for a in self.results if a.length) if results else (),
+            variables=tuple(declared([*read, *(s.name for s in made)], self.form.type)),
+            body=(*lines, *results),
+        )
+
+
+def declared(names: Sequence[str], type_: str) -> list[str]:
+    """Return lines that declare variables of one type."""
+    return declarations(names, type_, INDENT * 2) if names else []
+
+
+def parameter_line(name: str, parameter: ParameterValue, form: StForm) -> str:
+    """Return the declaration of a parameter, with its value."""
+    told = [parameter.name] if name != parameter.name else []
+    told += [parameter.unit] if parameter.unit else []
+    value = ABSURD if math.isnan(parameter.value) else parameter.value
+    remark = f" (* {in_comment(', '.join(told))} *)" if told else ""
+    return f"{INDENT * 2}{name} : {form.type} := {form.number(value)};{remark}"

@@ -1,0 +1,248 @@
+"""Time steps as function blocks of Structured Text: the operations of C, in its order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from symoro_elastic.codegen.c_steps import sum_of
+from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.package import Package, ParameterValue
+from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.codegen.st_function import StArray, StBlock, StForm, StFunction, parameter_line
+from symoro_elastic.codegen.st_lines import INDENT, call, in_comment, statement
+from symoro_elastic.codegen.st_names import StNames
+from symoro_elastic.codegen.templates import render
+from symoro_elastic.codegen.time_steps import MethodText, Terms, Variant, error_meaning, method_text, rows_of_nodes
+from symoro_elastic.foundation.errors import InputError
+
+KINDS = ("explicit", "w", "midpoint")
+"""Methods that are written; those with exact derivatives need dense matrices."""
+COUNTER = "k"
+"""Variable of loops over the entries of the state."""
+MEANINGS = {
+    "tau": "motor torques or forces",
+    "r": "positions that servos hold",
+    "rd": "their velocities",
+    "y": "prescribed positions of the motors",
+    "yd": "their velocities",
+    "ydd": "their accelerations",
+    "kp": "stiffness of the servos",
+    "kd": "damping of the servos",
+    "f_ext": "wrenches on frames",
+}
+
+
+def step_blocks(form: StForm, functions: Mapping[str, StFunction], source: str) -> Iterator[StBlock]:
+    """Yield the blocks of the time steps of a package; raises `InputError` for what is not written."""
+    package = form.package
+    methods = [method_text(METHODS[name], package, DOUBLE) for name in package.steps]
+    _refuse(package, methods, source)
+    for method in methods:
+        for variant in method.variants:
+            for with_error in (False, True) if method.error else (False,):
+                yield StStep(form, functions, method, variant, with_error).block()
+
+
+def _refuse(package: Package, methods: Sequence[MethodText], source: str) -> None:
+    """Raise `InputError` for a method or a machine whose time steps are not written."""
+    exact = [method.name for method in methods if method.kind not in KINDS]
+    if exact:
+        what = f"{exact[0]} is not written in Structured Text: {', '.join(_written())} are"
+        raise InputError(source, "--target st, steps", what)
+    why = "on a floating base" if package.base else "of loops without a closed form" if package.assembled else ""
+    if methods and (why or not package.has_motors_in_q):
+        what = (
+            f"time steps {why or 'with motors on dependent joints'} are not written in Structured Text: leave them out"
+        )
+        raise InputError(source, "--target st, steps", what)
+
+
+def _written() -> list[str]:
+    """Names of the methods that are written."""
+    from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
+
+    return [name for name, method in METHODS.items() if not isinstance(method, Rosenbrock)]
+
+
+class StStep:
+    """A time step: a method, with motors given in one way."""
+
+    def __init__(
+        self, form: StForm, functions: Mapping[str, StFunction], method: MethodText, variant: Variant, with_error: bool
+    ) -> None:
+        """`functions` are the models of the file, by name."""
+        self.form, self.package, self.functions = form, form.package, functions
+        self.method, self.variant, self.with_error = method, variant, with_error
+        self.n, self.nodes = len(self.package.axes), len(method.nodes_of(variant))
+        self.rows = rows_of_nodes(variant, self.package)
+        self.name = form.name(f"step_{method.name}{variant.suffix}{'_error' if with_error else ''}")
+        self.names = StNames((), self.package.name)
+        self.models: dict[str, str] = {}
+        self.arrays: dict[str, int] = {}
+        self.missing: dict[str, ParameterValue] = {}
+
+    def block(self) -> StBlock:
+        """Return the block."""
+        rows = [self._array(name, self.nodes * size, MEANINGS[name]) for name, size in self.rows.items()]
+        gains = [self._array(name, len(self.package.motor_names), MEANINGS[name]) for name in self.variant.of_step]
+        state = (self._array("q", self.n, "joint variables"), self._array("qd", self.n, "joint velocities"))
+        error = [self._array("error", 2 * self.n, error_meaning(self.package))] if self.with_error else []
+        h = StArray("h", self.form.type, 1, "length of the step, s")
+        text = render("st/step.st.j2", step=self, sum=self.sum, number=self.form.number)
+        return StBlock(
+            self.name,
+            tuple(self._about()),
+            inputs=(*rows, *gains, h),
+            in_outs=state,
+            results=tuple(error),
+            given=tuple(parameter_line(name, p, self.form) for name, p in self.missing.items()),
+            variables=tuple(self._variables()),
+            body=tuple(text.rstrip("\n").split("\n")),
+        )
+
+    def _array(self, name: str, length: int, meaning: str = "") -> StArray:
+        return StArray(self.names.give(name), self.form.array(length), length, in_comment(meaning))
+
+    def _about(self) -> Iterator[str]:
+        title = self.method.title
+        yield f"{title[:1].upper()}{title[1:]}{self.variant.words}."
+        yield f"{', '.join(self.rows)}: a row for each of the times {', '.join(self.method.times(self.variant))}."
+        yield "q, qd: the state, at t when called, at t + h then."
+
+    def _variables(self) -> Iterator[str]:
+        for function, name in self.models.items():
+            yield f"{INDENT * 2}{name} : {self.functions[function].name};"
+        for name, length in self.arrays.items():
+            yield f"{INDENT * 2}{name} : {self.form.array(length)};"
+        yield f"{INDENT * 2}{COUNTER} : INT;"
+        if self.method.kind == "midpoint":
+            yield f"{INDENT * 2}iteration : INT;"
+
+    # What the template is written with
+
+    def local(self, name: str, length: int = 0) -> str:
+        """Return the name of an array of the block, as long as q unless told."""
+        self.arrays.setdefault(name, length or self.n)
+        return name
+
+    def sum(self, terms: Terms, array: str) -> str:
+        """Return the sum of coefficients times the entries i of the stages."""
+        own = tuple((self.form.number(float(x)), stage) for x, stage in terms)
+        for _, stage in terms:
+            self.local(f"{array}{stage}")
+        return sum_of(own, array).replace("[i]", "<i>").replace("[", "").replace("]", "").replace("<i>", f"[{COUNTER}]")
+
+    def advanced(self, to: str, start: str, terms: Terms, array: str) -> str:
+        """Return the assignment of a part of a state, h times a sum after that at the start."""
+        change = f" + h*({self.sum(terms, array)})" if terms else ""
+        return self.assign(f"{to}[{COUNTER}]", f"{start}[{COUNTER}]{change}")
+
+    def errors(self) -> str:
+        """Return the assignments of the difference from the embedded method."""
+        terms = self.method.error
+        of_q = self.assign(f"error[{COUNTER}]", f"h*({self.sum(terms, 'k_q')})")
+        of_v = f"h*({self.sum(terms, 'k_v')})"
+        return f"{of_q}\n{self.assign(f'error[{self.n} + {COUNTER}]', of_v)}"
+
+    def assign(self, to: str, value: str, depth: int = 2) -> str:
+        """Return an assignment."""
+        return "\n".join(statement(f"{INDENT * depth}{to} := ", value))
+
+    def row(self, name: str, node: int, depth: int) -> tuple[list[str], str]:
+        """Return lines that copy the row of a node, and the array that holds it then."""
+        size = self.rows[name]
+        if self.nodes == 1:
+            return [], self.names.give(name)
+        row = self.local(f"{name}_row", size)
+        lines = [
+            f"{INDENT * depth}FOR {COUNTER} := 0 TO {size - 1} DO",
+            f"{INDENT * (depth + 1)}{row}[{COUNTER}] := {self.names.give(name)}[{node * size} + {COUNTER}];",
+            f"{INDENT * depth}END_FOR;",
+        ]
+        return lines, row
+
+    def rate(self, node: int, qdd: str, depth: int = 1) -> str:
+        """Return the lines that find the accelerations of the stage at a node, at `q_s`, `v_s`."""
+        lines: list[str] = []
+        found: dict[str, str] = {}
+        for name in self.rows:
+            copied, found[name] = self.row(name, node, depth)
+            lines += copied
+        forces = [found["f_ext"]] if "f_ext" in found and self._takes_forces() else []
+        if self.variant.is_driven:
+            lines += self.on_prescribed_motion(found, "q_s", "v_s", depth)
+            results = {"qdd": qdd}
+            return "\n".join(
+                [*lines, *self.call("inverse_dynamics", ["q_s", "v_s", found["ydd"], *forces], results, depth)]
+            )
+        torque = found["tau"]
+        if self.variant.of_step:
+            torque = self.local("torque", len(self.package.motor_names))
+            for k, j in enumerate(self.package.motors):
+                value = f"{found['tau']}[{k}] + {self._gain('kp')}[{k}]*({found['r']}[{k}] - q_s[{j}])"
+                value += f" + {self._gain('kd')}[{k}]*({found['rd']}[{k}] - v_s[{j}])"
+                lines += statement(f"{INDENT * depth}{torque}[{k}] := ", value)
+        lines += self.call("direct_dynamics", ["q_s", "v_s", torque, *forces], {"qdd": qdd}, depth)
+        return "\n".join(lines)
+
+    def _takes_forces(self) -> bool:
+        return any(a.name == "f_ext" for a in self.functions[self.variant.right_side].function.arguments)
+
+    def _gain(self, name: str) -> str:
+        return self.names.give(name)
+
+    def on_prescribed_motion(self, rows: Mapping[str, str], q: str, qd: str, depth: int = 1) -> list[str]:
+        """Return the lines that put motors where they are prescribed to be."""
+        pairs = [(k, j) for k, j in enumerate(self.package.motors)]
+        indent = INDENT * depth
+        return [
+            line
+            for k, j in pairs
+            for line in (f"{indent}{q}[{j}] := {rows['y']}[{k}];", f"{indent}{qd}[{j}] := {rows['yd']}[{k}];")
+        ]
+
+    def last_motion(self) -> str:
+        """Return the lines that put motors at the end of the step where they are prescribed to be."""
+        lines: list[str] = []
+        found: dict[str, str] = {}
+        for name in ("y", "yd"):
+            copied, found[name] = self.row(name, self.nodes - 1, 1)
+            lines += copied
+        return "\n".join([*lines, *self.on_prescribed_motion(found, "q", "qd")])
+
+    def factors(self) -> str:
+        """Return the call that factors the system of an implicit step, for `g`."""
+        name = f"implicit_factors{self.variant.suffix}"
+        size = self.functions[name].results[0].length
+        given = ["q", "qd", self.local("g", 1), *map(self._gain, self.variant.of_step)]
+        return "\n".join(self.call(name, given, [self.local("factors", size)], 1))
+
+    def solve(self, z_q: str, z_v: str, depth: int = 1) -> str:
+        """Return the call that solves it, for the right side `v_s`, `qdd`."""
+        given = ["factors", "v_s", self.local("qdd")]
+        found = [self.local(z_q), self.local(z_v)]
+        return "\n".join(self.call(f"implicit_solve{self.variant.suffix}", given, found, depth))
+
+    def call(
+        self, function: str, given: Sequence[str], results: Sequence[str] | Mapping[str, str], depth: int
+    ) -> list[str]:
+        """Return the call of a block, and the copies of its results: all in order, or some by name."""
+        block = self.functions[function]
+        instance = self.models.setdefault(function, self.names.give(function))
+        pairs = zip(block.arguments, given, strict=True)
+        inputs = [f"{array.name} := {value}" for array, value in pairs if array.length]
+        for name in block.missing:
+            parameter = block.parameters[name]
+            own = self.names.give(parameter.name)
+            self.missing[own] = parameter
+            inputs.append(f"{name} := {own}")
+        if not isinstance(results, Mapping):
+            results = dict(zip((r.name for r in block.function.results), results, strict=True))
+        found = {r.name: array for r, array in zip(block.function.results, block.results, strict=True)}
+        indent = INDENT * depth
+        copies = [
+            f"{indent}{self.local(to)} := {instance}.{found[name].name};"
+            for name, to in results.items()
+            if found[name].length
+        ]
+        return [*call(f"{indent}{instance}", inputs), *copies]

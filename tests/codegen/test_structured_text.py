@@ -1,0 +1,410 @@
+"""The target st: rules of the text, its numbers by an interpreter, and by two compilers where they are there."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from symoro_elastic.codegen.package import Package
+from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
+from symoro_elastic.codegen.st_lines import MOST_OPERATORS, WIDTH, in_comment, statement
+from symoro_elastic.codegen.st_names import LONGEST_NAME, RESERVED, StNames
+from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.codegen.targets.st import render_st
+from symoro_elastic.formats import read_machine
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import Scene
+from tests.closed_chains.machines import without_closed_form
+from tests.codegen.test_local_names import arm
+from tests.generated_code import compiled
+from tests.models.test_creep import creeping
+from tests.octave import ulps
+from tests.structured_text import (
+    Array,
+    Block,
+    File,
+    Interpreter,
+    Runs,
+    by_matiec,
+    by_strucpp,
+    interpreted,
+    needs_matiec,
+    needs_strucpp,
+    parsed,
+    refused,
+    without_comments,
+)
+
+ROOT = Path(__file__).parents[2]
+COMPILERS = {"strucpp": by_strucpp, "matiec": by_matiec}
+DYNAMIC = ("inverse_dynamics", "direct_dynamics")
+LONG = "a" * 40
+
+
+def example(name: str) -> Machine:
+    return read_machine(ROOT / "examples" / name)[0]
+
+
+def hostile() -> Machine:
+    """Names that differ by case only, reserved words, long names."""
+    names = ("R", "S", "N", "D", "L", "T", "LD", "R1", "SIN", "ABS", "limit", "super", "begin", "prepared", "work")
+    return arm(("Q1", "q1", "t", "A", f"{LONG}b"), (*names, f"{LONG}c", f"{LONG}d", "m1", "M1", "arm_joints"))
+
+
+CASES: dict[str, tuple[Callable[[], Machine], Scene]] = {
+    "hostile names": (hostile, Scene(models=(*DYNAMIC, "geometric_model", "jacobian"))),
+    "motors in three ways": (lambda: example("two_axis.toml"), Scene(models=DYNAMIC, steps=("w2",))),
+    "all methods": (lambda: example("planar_2r.toml"), Scene(models=DYNAMIC, steps=("w2", "w3", "rk4", "midpoint"))),
+    "missing values": (lambda: example("flex4.par"), Scene(models=DYNAMIC, steps=("w2",))),
+    "loops": (lambda: creeping(without_closed_form()), Scene(models=("direct_dynamics", "assemble"))),
+    "floating base": (lambda: example("floating_arm.toml"), Scene(models=("direct_dynamics", "velocities"))),
+    "inverse model": (lambda: example("puma560_measured.toml"), Scene(models=("inverse_geometric_model",))),
+    "dry friction": (lambda: example("pendant_arm.urdf"), Scene(models=DYNAMIC)),
+}
+
+
+@cache
+def package(case: str) -> Package:
+    machine, scene = CASES[case]
+    return programs(machine(), scene).package
+
+
+@cache
+def text(case: str) -> str:
+    (made,) = render_st(package(case)).values()
+    return made
+
+
+each = pytest.mark.parametrize("case", CASES)
+
+# Rules of the text
+
+
+@each
+def test_names_are_free_and_differ_in_more_than_case(case: str) -> None:
+    file = parsed(text(case))
+    around = [*file.types, *file.blocks]
+    assert len(around) == len({*around})
+    for block in file.blocks.values():
+        own = [name for name, _, _ in block.variables()]
+        assert sorted({*own, *around}) == sorted([*own, *around])
+        assert [name for name in own if name.upper() in RESERVED] == []
+    identifiers = set(re.findall(r"[A-Za-z_]\w*", without_comments(text(case))))
+    assert [x for x in identifiers if len(x) > LONGEST_NAME or "__" in x or x.startswith("_") or x.endswith("_")] == []
+
+
+def test_what_is_renamed_is_said_beside_it() -> None:
+    assert "T_1 : arm_x80; (* T: " in text("hostile names")
+    assert re.search(r" R_1 : LREAL := [\d.]+; \(\* R \*\)", text("hostile names"))
+    names = StNames(["arm_p"])
+    assert [names.give(x) for x in ("q1", "Q1", "Arm_P", "a__b", "c_", "if", "x" * 33)] == [
+        "q1",
+        "Q1_1",
+        "Arm_P_1",
+        "a_b",
+        "c",
+        "if_1",
+        "x" * 30 + "_1",
+    ]
+
+
+@each
+def test_literals_of_reals_have_a_point(case: str) -> None:
+    inside = re.sub(r"\[[^\]]*\]|FOR \w+ := \d TO \d+ DO", " ", without_comments(text(case)))
+    literals = re.findall(r"(?<![\w.])\d[\d.]*(?:E-?\d+)?", inside)
+    assert [x for x in literals if not re.fullmatch(r"\d+\.\d+(E-?\d+)?", x)] == []
+    single = without_comments("".join(render_st(package(case), SINGLE).values()))
+    assert re.findall(r"(?<![\w#.])\d+\.\d+", single) == []
+
+
+@each
+def test_lines_are_short_and_hold_few_operators(case: str) -> None:
+    for line in without_comments(text(case)).splitlines():
+        right = line.rpartition(" := ")[2]
+        operators = re.findall(r"(?<=[\w)\]]) [+-] |^ *[+-] |(?<=[\w)\]])[*/]", right)
+        assert len(operators) <= MOST_OPERATORS
+    assert max(map(len, text(case).splitlines())) <= WIDTH + LONGEST_NAME
+
+
+def test_long_expressions_are_broken_at_operators() -> None:
+    terms = "a*b*c - (d + e)/f"
+    lines = statement("  x := ", " + ".join([terms] * 9))
+    assert "".join(line.strip() for line in lines).replace(" ", "") == f"x:={'+'.join([terms] * 9)};".replace(" ", "")
+    assert len(lines) > 3
+    assert statement("  x := ", "*".join("abcdefghijk")) == ["  x := a*b*c*d*e*f*g*h*", "      i*j*k;"]
+
+
+@each
+def test_nothing_but_what_every_controller_has(case: str) -> None:
+    inside = without_comments(text(case))
+    called = {x for x in re.findall(r"(\w+)\(", inside) if x.lower() not in parsed(text(case)).blocks}
+    instances = {name for block in parsed(text(case)).blocks.values() for name, _, _ in block.variables()}
+    assert {x for x in called if x.lower() not in instances} <= {"SIN", "COS", "SQRT", "ABS", "ATAN"}
+    words = {*re.findall(r"\b[A-Z_]{2,}\b", inside)} - instances
+    assert not words & {"POINTER", "REF", "ADR", "WHILE", "REPEAT", "EXIT", "RETURN", "ARRAY OF", "GOTO"}
+
+
+def test_comments_hold_what_users_wrote() -> None:
+    assert in_comment("a *) b (* c {x} */\n") == "a * ) b ( * c (x) * / "
+    odd = replace(package("inverse model"), source="x *) y.toml", options=("z (* {attribute}",))
+    made = "".join(render_st(odd).values())
+    assert made.count("(*") == made.count("*)")
+    assert without_comments(made).strip().startswith("TYPE")
+
+
+def test_the_header_says_what_holds() -> None:
+    assert "order of operations is that of the C" in " ".join(text("inverse model").split())
+    assert "without contraction" in text("inverse model")
+
+
+def test_single_precision_is_the_same_text_in_real() -> None:
+    made = parsed(render_st(package("all methods"), SINGLE)["planar_2r_f32.st"].replace("_f32", ""))
+    wanted = parsed(text("all methods"))
+    assert [name for name, (_, type_) in made.types.items() if type_ != "real"] == []
+    assert {name: length for name, (length, _) in made.types.items()} == {x: n for x, (n, _) in wanted.types.items()}
+    shared = made.blocks.keys() & wanted.blocks.keys()
+    assert len(shared) > 10
+    for name in shared:
+        block = wanted.blocks[name]
+        own = [(x, re.sub("^lreal$", "real", type_), value) for x, type_, value in block.variables()]
+        found = [(x, type_, value.replace("real#", "")) for x, type_, value in made.blocks[name].variables()]
+        assert [one for one in found if one[1] not in made.blocks] == [
+            one for one in own if one[1] not in wanted.blocks
+        ]
+        assert "".join(made.blocks[name].body.replace("real#", "").split()) == "".join(block.body.split())
+
+
+def test_text_is_small_and_the_same_each_time() -> None:
+    asked = programs(example("rx90.par"), Scene(models=("inverse_dynamics",))).package
+    made = render_st(asked)["rx90.st"]
+    assert len(made) <= 40_000
+    assert made == render_st(asked)["rx90.st"]
+
+
+def test_parameters_without_a_value_are_inputs_that_cannot_be_forgotten_in_silence() -> None:
+    block = parsed(text("missing values")).blocks["flex4_inverse_dynamics"]
+    assert ("zz1", "lreal", "1.0e30") in block.sections["var_input"]
+    found = run_at_random("missing values", "flex4_inverse_dynamics", 1, left_out=("zz1",))
+    assert np.abs(found["tau"]).max() > 1e28
+
+
+def test_what_is_not_written_is_refused_in_one_line() -> None:
+    machine = example("planar_2r.toml")
+    with pytest.raises(InputError, match=r"^planar_2r.toml: --target st, steps: rodas4 is not written .*: .*w2.* are$"):
+        render_st(programs(machine, Scene(models=DYNAMIC, steps=("rodas4",))).package)
+    with pytest.raises(InputError, match=r"^floating_arm.toml: --target st, steps: time steps on a floating base"):
+        render_st(programs(example("floating_arm.toml"), Scene(models=DYNAMIC, steps=("w2",))).package)
+
+
+# Numbers
+
+
+def states_of(file: File, block: Block, count: int, seed: int = 0) -> dict[str, Array]:
+    """Arrays of all inputs of a block, drawn by a seed."""
+    rng = np.random.default_rng(seed)
+    inputs = [*block.sections.get("var_input", ()), *block.sections.get("var_in_out", ())]
+    found = {name: rng.uniform(-1, 1, (count, file.length(type_) or 1)) for name, type_, _ in inputs}
+    return found | ({"h": np.full((count, 1), 1e-4)} if "h" in found else {})
+
+
+def run_at_random(case: str, block: str, count: int, left_out: tuple[str, ...] = ()) -> dict[str, Array]:
+    file = parsed(text(case))
+    states = states_of(file, file.blocks[block], count)
+    runs = Interpreter(file, np.float64)
+    instance = runs.instance(block)
+    for name, x in states.items():
+        if name not in left_out:
+            setattr(instance, name, [*x[0]] if x.shape[1] > 1 else x[0, 0])
+    runs.call(block, instance)
+    return {name: np.array(getattr(instance, name)) for name, _, _ in file.blocks[block].sections["var_output"]}
+
+
+class InC(NamedTuple):
+    """The C of a package with the sines of its library, without contraction."""
+
+    library: ctypes.CDLL
+    package: Package
+
+    def run(self, file: File, block: Block, states: Mapping[str, Array]) -> dict[str, Array]:
+        """Return what the function of this block finds for its inputs: arrays in order, then parameters."""
+        function = getattr(self.library, self._name(block))
+        function.restype = None
+        values = [(p.name.lower(), p.value) for p in self.package.parameters]
+        read = [x for x, type_, _ in block.sections.get("var_input", ()) if x == "h" or file.length(type_)]
+        count = len(next(iter(states.values())))
+        lengths = {x: file.length(type_) for x, type_, _ in block.sections.get("var_output", ())}
+        found = {x: states[x].copy() for x, _, _ in block.sections.get("var_in_out", ())}
+        found |= {x: np.full((count, n), np.nan) for x, n in lengths.items()}
+        for k in range(count):
+            given = [ctypes.c_double(states[x][k, 0]) if x == "h" else _at(states[x][k]) for x in read]
+            p = np.array([states[x][k, 0] if math.isnan(v) and x in states else v for x, v in values])
+            function(*given, _at(p), *(_at(x[k]) for x in found.values()))
+        return found
+
+    def _name(self, block: Block) -> str:
+        """The function of a block, whose name may be shorter."""
+        names = [f.name for f in self.package.functions] + [block.name.removeprefix(f"{self.package.name.lower()}_")]
+        start = block.name[:-2] if re.search(r"_\d$", block.name) and block.name[-4:-1] != "_w" else block.name
+        full = [f"{self.package.name}_{name}" for name in names]
+        return next(
+            x for x in full if x.lower() == block.name or (len(x) > LONGEST_NAME and x.lower().startswith(start))
+        )
+
+
+def _at(array: Array) -> ctypes.c_void_p:
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def in_c(asked: Package, folder: Path) -> InC:
+    for name, source in render_c(asked).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(source)
+    return InC(compiled(folder, folder, "cc", asked.name), asked)
+
+
+def equal_to_c(made: str, run: Runs, c: InC, count: int) -> dict[str, float]:
+    """Return by block how many units in the last place of C results are off; NaN where C has it is right."""
+    file = parsed(made)
+    off = {}
+    for block in file.blocks.values():
+        if block.kind == "function_block" and not re.search(r"_p\d+$", block.name):
+            states = states_of(file, block, count)
+            wanted, found = c.run(file, block, states), run(block.name, states)
+            off[block.name] = max(ulps(found[x].reshape(wanted[x].shape), wanted[x]) for x in wanted)
+    return off
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        "hostile names",
+        "all methods",
+        "missing values",
+        "loops",
+        "floating base",
+        "dry friction",
+        pytest.param("motors in three ways", marks=pytest.mark.thorough),
+    ],
+)
+def test_interpreted_text_has_the_bits_of_c(case: str, tmp_path: Path) -> None:
+    off = equal_to_c(text(case), partial(interpreted, text(case)), in_c(package(case), tmp_path), 3)
+    assert off == dict.fromkeys(off, 0.0)
+    assert len(off) >= 2
+
+
+def test_models_with_arc_tangents_are_within_their_bound(tmp_path: Path) -> None:
+    """Placements that can be reached; angles are off by what `atan2` may be off."""
+    made, asked = text("inverse model"), package("inverse model")
+    machine = example("puma560_measured.toml")
+    geometric = programs(machine, Scene(models=("geometric_model",))).package
+    c = in_c(geometric, tmp_path / "geometric")
+    q = np.random.default_rng(1).uniform(-2, 2, (4, 6))
+    T = np.full((4, len(machine.joints), 16), np.nan)
+    for k in range(4):
+        c.library.puma560_measured_geometric_model(
+            _at(q[k]), _at(np.array([x.value for x in geometric.parameters])), _at(T[k])
+        )
+    inverse = in_c(asked, tmp_path / "inverse")
+    file = parsed(made)
+    (block,) = (one for one in file.blocks.values() if one.kind == "function_block")
+    states = {block.sections["var_input"][0][0]: T[:, -1]}
+    wanted, found = inverse.run(file, block, states), interpreted(made, block.name, states)
+    assert np.isfinite(wanted["q"]).any(axis=1).all()
+    assert np.nanmax(np.abs(found["q"] - wanted["q"])) <= 16 * np.spacing(np.pi)
+
+
+def test_a_model_in_parts_has_the_same_bits(tmp_path: Path) -> None:
+    asked = package("missing values")
+    (made,) = render_st(asked, DOUBLE, longest=40).values()
+    parts = [block for name, block in parsed(made).blocks.items() if re.search(r"_p\d+$", name)]
+    assert len(parts) >= 4
+    assert all(block.body.count(":=") <= 40 + 2 * 60 for block in parts)
+    off = equal_to_c(made, partial(interpreted, made), in_c(asked, tmp_path), 2)
+    assert off == dict.fromkeys(off, 0.0)
+
+
+def test_arc_tangent_and_sign() -> None:
+    file = parsed(text("inverse model"))
+    runs = Interpreter(file, np.float64)
+    atan2 = next(name for name in file.blocks if name.endswith("atan2"))
+    rng = np.random.default_rng(2)
+    special = [(y, x) for y in (-1.0, 0.0, 2.0) for x in (-3.0, 0.0, 1.0)]
+    for y, x in [*special, *(10.0 ** rng.uniform(-9, 9, (2000, 2)) * rng.choice([-1, 1], (2000, 2)))]:
+        found = float(getattr(runs._functions(), atan2)(np.float64(y), np.float64(x)))
+        assert abs(found - math.atan2(y, x)) <= 2 * math.ulp(math.atan2(y, x))
+    friction = Interpreter(parsed(text("dry friction")), np.float64)._functions()
+    assert [friction.pendant_arm_sign(np.float64(x)) for x in (-2.0, 0.0, 0.5)] == [-1.0, 0.0, 1.0]
+
+
+# The compilers
+
+
+TEN = (
+    "two_axis.toml",
+    "ball_screw.toml",
+    "ball_screw_rigid.toml",
+    "planar_2r.toml",
+    "puma560_measured.toml",
+    "rx90.par",
+    "flex4.par",
+    "palletizer.toml",
+    "linkage.toml",
+    "sr400.par",
+)
+STATES = 10_000
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", TEN)
+@pytest.mark.parametrize(
+    "compiler", [pytest.param("strucpp", marks=needs_strucpp), pytest.param("matiec", marks=needs_matiec)]
+)
+def test_compiled_text_has_the_bits_of_c(name: str, compiler: str, tmp_path: Path) -> None:
+    asked = programs(example(name), Scene(models=DYNAMIC, steps=("w2",))).package
+    (made,) = render_st(asked).values()
+    run = COMPILERS[compiler](made, tmp_path / compiler)
+    off = equal_to_c(made, run, in_c(asked, tmp_path / "c"), STATES)
+    assert off == dict.fromkeys(off, 0.0)
+    assert len(off) >= 5
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("precision", [DOUBLE, SINGLE])
+@pytest.mark.parametrize(
+    "compiler", [pytest.param("strucpp", marks=needs_strucpp), pytest.param("matiec", marks=needs_matiec)]
+)
+def test_compilers_take_every_text(case: str, precision: Precision, compiler: str, tmp_path: Path) -> None:
+    made = "".join(render_st(package(case), precision).values())
+    run = COMPILERS[compiler](made, tmp_path)
+    file = parsed(made)
+    for block in file.blocks.values():
+        if block.kind == "function_block":
+            states = states_of(file, block, 3)
+            found, wanted = run(block.name, states), interpreted(made, block.name, states)
+            if precision is DOUBLE:
+                assert max(ulps(found[x], wanted[x]) for x in wanted) == 0.0
+            else:
+                assert all(np.allclose(found[x], wanted[x], rtol=1e-3, equal_nan=True) for x in wanted)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "compiler", [pytest.param("strucpp", marks=needs_strucpp), pytest.param("matiec", marks=needs_matiec)]
+)
+def test_compilers_refuse_what_is_wrong(compiler: str, tmp_path: Path) -> None:
+    made = text("missing values")
+    assert not refused(compiler, made, tmp_path / "right")
+    assert refused(compiler, made.replace("th2 := q[1];", "thh2 := q[1];", 1), tmp_path / "name")
+    assert refused(compiler, re.sub(r"(?m)^    \w+, ", "    ", made, count=1), tmp_path / "declaration")
