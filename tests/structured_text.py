@@ -63,10 +63,14 @@ class Block:
 
 @dataclass(frozen=True)
 class File:
-    """The array types of a file (length, element) and its functions and blocks, all in lower case."""
+    """The array types of a file (length, element) and its functions and blocks, all in lower case.
+
+    `wanted` are the names that blocks would have if they were not cut.
+    """
 
     types: Mapping[str, tuple[int, str]]
     blocks: Mapping[str, Block]
+    wanted: Mapping[str, str]
 
     def length(self, type_: str) -> int:
         """Return the entries of a variable; 0 for one that is not an array."""
@@ -80,6 +84,7 @@ def without_comments(text: str) -> str:
 
 def parsed(text: str) -> File:
     """Return what a file declares; case does not matter in it."""
+    cut = re.findall(r"\(\* (\w+) is called (\w+) here. \*\)", text)
     text = without_comments(text).lower()
     types = {
         name: (int(last) + 1, element)
@@ -95,7 +100,7 @@ def parsed(text: str) -> File:
                 found = [(one.strip(), type_, value) for one in names.split(",")]
                 sections.setdefault(section, []).extend(found)
         blocks[name] = Block(kind, name, of, sections, inside.rpartition("end_var")[2])
-    return File(types, blocks)
+    return File(types, blocks, {name.lower(): wanted for wanted, name in cut})
 
 
 # The interpreter: statements as Python

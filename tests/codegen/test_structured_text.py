@@ -64,7 +64,7 @@ def hostile() -> Machine:
 
 CASES: dict[str, tuple[Callable[[], Machine], Scene]] = {
     "hostile names": (hostile, Scene(models=(*DYNAMIC, "geometric_model", "jacobian"))),
-    "motors in three ways": (lambda: example("two_axis.toml"), Scene(models=DYNAMIC, steps=("w2",))),
+    "motors in three ways": (lambda: example("ball_screw.toml"), Scene(models=DYNAMIC, steps=("w2",))),
     "all methods": (lambda: example("planar_2r.toml"), Scene(models=DYNAMIC, steps=("w2", "w3", "rk4", "midpoint"))),
     "missing values": (lambda: example("flex4.par"), Scene(models=DYNAMIC, steps=("w2",))),
     "loops": (lambda: creeping(without_closed_form()), Scene(models=("direct_dynamics", "assemble"))),
@@ -238,7 +238,10 @@ class InC(NamedTuple):
 
     def run(self, file: File, block: Block, states: Mapping[str, Array]) -> dict[str, Array]:
         """Return what the function of this block finds for its inputs: arrays in order, then parameters."""
-        function = getattr(self.library, self._name(block))
+        name = file.wanted.get(block.name, block.name)
+        model = name[len(self.package.name) + 1 :]
+        names = {f.name.lower(): f.name for f in self.package.functions}
+        function = getattr(self.library, f"{self.package.name}_{names.get(model, model)}")
         function.restype = None
         values = [(p.name.lower(), p.value) for p in self.package.parameters]
         read = [x for x, type_, _ in block.sections.get("var_input", ()) if x == "h" or file.length(type_)]
@@ -251,15 +254,6 @@ class InC(NamedTuple):
             p = np.array([states[x][k, 0] if math.isnan(v) and x in states else v for x, v in values])
             function(*given, _at(p), *(_at(x[k]) for x in found.values()))
         return found
-
-    def _name(self, block: Block) -> str:
-        """The function of a block, whose name may be shorter."""
-        names = [f.name for f in self.package.functions] + [block.name.removeprefix(f"{self.package.name.lower()}_")]
-        start = block.name[:-2] if re.search(r"_\d$", block.name) and block.name[-4:-1] != "_w" else block.name
-        full = [f"{self.package.name}_{name}" for name in names]
-        return next(
-            x for x in full if x.lower() == block.name or (len(x) > LONGEST_NAME and x.lower().startswith(start))
-        )
 
 
 def _at(array: Array) -> ctypes.c_void_p:

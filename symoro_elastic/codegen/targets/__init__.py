@@ -14,11 +14,12 @@ from symoro_elastic.codegen.targets.c_batch import C_BATCH
 from symoro_elastic.codegen.targets.c_fixed import C_FIXED
 from symoro_elastic.codegen.targets.cpp import CPP
 from symoro_elastic.codegen.targets.cuda import CUDA
+from symoro_elastic.codegen.targets.linuxcnc import LINUXCNC
 from symoro_elastic.codegen.targets.matlab import MATLAB
 from symoro_elastic.codegen.targets.numpy import NUMPY
 from symoro_elastic.codegen.targets.st import ST
 
-TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BATCH, CPP, MATLAB, CUDA, ST)}
+TARGETS: dict[str, Target] = {target.name: target for target in (NUMPY, C, C_BATCH, CPP, MATLAB, CUDA, ST, LINUXCNC)}
 SCALED_TARGETS: dict[str, Target] = {target.name: target for target in (C_FIXED,)}
 """Targets that need packages with scales, which `numerics` proves for the limits of a machine."""
 FMU = "fmu"

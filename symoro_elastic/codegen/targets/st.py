@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from symoro_elastic.codegen.local_names import with_own_results
+from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
@@ -34,8 +34,9 @@ def render_st(package: Package, precision: Precision = DOUBLE, longest: int = LO
     Parameters without a value are inputs of the blocks. Raises `InputError` for time steps that are not written.
     """
     type_, suffix = TYPES[precision.name]
+    package = with_local_names(with_own_results(package), ())
     form = StForm(package, type_, suffix)
-    functions = {f.name: StFunction(form, f, longest) for f in with_own_results(package).functions}
+    functions = {f.name: StFunction(form, f, longest) for f in package.functions}
     blocks = [block for function in functions.values() for block in function.blocks()]
     blocks += step_blocks(form, functions, package.source or package.name)
     context = {

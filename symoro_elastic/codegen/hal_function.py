@@ -1,0 +1,99 @@
+"""A model as a function of C for components of LinuxCNC: little stack, parameters by their values."""
+
+from __future__ import annotations
+
+import itertools
+import textwrap
+from collections.abc import Iterator, Sequence
+
+from symoro_elastic.codegen.body import C, Writer
+from symoro_elastic.codegen.c_lines import INDENT, WIDTH, comment, in_comment, statement, with_arguments
+from symoro_elastic.codegen.package import Function, Package
+from symoro_elastic.codegen.printers import Printer
+from symoro_elastic.symbolic.operations import SIGN
+from symoro_elastic.symbolic.program import Statement, by_section
+
+LARGEST_FRAME = 2560
+"""Bytes of stack that a realtime function of LinuxCNC may take."""
+OTHERS = 560
+"""Bytes of them that are left to registers and to calls."""
+
+
+class HalWriter(Writer):
+    """Assignments of C to variables that are declared above."""
+
+    def statements(self, statements: Sequence[Statement]) -> list[str]:
+        """Assignments below the headings of their sections."""
+        lines: list[str] = []
+        for section, group in by_section(statements):
+            lines += ["", comment(self.heading(section), INDENT)]
+            lines += [statement(f"{INDENT}{s.name} = ", f"{self.printer.right_side(s)};") for s in group]
+        return lines
+
+
+class HalFunction:
+    """A model of a package as a static function: `<name>_<model>(arguments, results)`."""
+
+    def __init__(self, package: Package, function: Function, static: bool | None = None) -> None:
+        """`static` puts variables out of the stack; None: those of a large model."""
+        self.package, self.function = package, function
+        self.name = f"{package.name}_{function.name}"
+        self.sign = f"{package.name}_sign"
+        self.printer = Printer(function.program, functions={SIGN: self.sign})
+        self.writer = HalWriter(self.printer, C, package.joint_names)
+        self.lines = [*self._statements(), *self._stored()]
+        self.entries = {
+            symbol: f"{one.name}[{k}]" for one in function.program.inputs for k, symbol in enumerate(one.symbols)
+        }
+        self.read = [symbol for symbol in self.entries if symbol in self.printer.referenced]
+        made = [s.name for s in (*function.program.once, *function.program.statements)]
+        self.variables = [*self.read, *made]
+        self.is_static = 8 * len(self.variables) > LARGEST_FRAME - OTHERS if static is None else static
+
+    @property
+    def signs(self) -> bool:
+        """Whether it calls the function for signs."""
+        return any(f"{self.sign}(" in line for line in self.lines)
+
+    def text(self) -> str:
+        """Return the definition."""
+        return "\n".join([*self._head(), "{", *self._declared(), *self._unread(), *self._copied(), *self.lines, "}"])
+
+    def _statements(self) -> list[str]:
+        program = self.function.program
+        return [*self.writer.statements(program.once), *self.writer.statements(program.statements)]
+
+    def _stored(self) -> list[str]:
+        lines = ["", f"{INDENT}/* Results. */"]
+        for output in self.function.program.outputs:
+            for k, x in enumerate(output.entries):
+                lines.append(statement(f"{INDENT}{output.name}[{k}] = ", f"{self.printer.value(x)};"))
+        return lines
+
+    def _head(self) -> Iterator[str]:
+        about = f"{self.function.title[:1].upper()}{self.function.title[1:]} {self.function.equations}."
+        yield comment(in_comment(about))
+        arrays = [f"const double {a.name}[{a.size}]" for a in self.function.arguments if a.size]
+        arrays += [f"double {output.name}[{len(output.entries)}]" for output in self.function.program.outputs]
+        yield with_arguments(f"static void {self.name}", arrays)
+
+    def _declared(self) -> Iterator[str]:
+        """Parameters that are read, and variables, many a line."""
+        for p in self.package.parameters:
+            if p.symbol in self.printer.referenced:
+                about = ", ".join(x for x in (p.name if p.name != p.symbol else "", p.unit) if x)
+                remark = f" /* {in_comment(about)} */" if about else ""
+                yield f"{INDENT}static const double {p.symbol} = {p.value!r};{remark}"
+        kind = "static double" if self.is_static else "double"
+        names = ", ".join(self.variables)
+        for line in textwrap.wrap(names, WIDTH - len(kind) - len(INDENT) - 2) if names else []:
+            yield f"{INDENT}{kind} {line.rstrip(',')};"
+
+    def _unread(self) -> Iterator[str]:
+        """Lines that tell the compiler which arguments are not read."""
+        for one in self.function.program.inputs:
+            if one.symbols and not {*one.symbols} & {*self.read}:
+                yield f"{INDENT}(void){one.name};"
+
+    def _copied(self) -> Iterator[str]:
+        yield from itertools.chain([""], (f"{INDENT}{symbol} = {self.entries[symbol]};" for symbol in self.read))

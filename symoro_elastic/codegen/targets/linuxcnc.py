@@ -1,0 +1,192 @@
+"""The target `linuxcnc`: components for LinuxCNC, torques of motors and kinematics in closed form."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from symoro_elastic.codegen.c_lines import in_comment, with_arguments
+from symoro_elastic.codegen.hal_function import HalFunction
+from symoro_elastic.codegen.local_names import with_local_names, with_own_results
+from symoro_elastic.codegen.package import Axis, Function, Package
+from symoro_elastic.codegen.package_context import Files
+from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.codegen.target import Target, words
+from symoro_elastic.codegen.targets.c import C, sentences
+from symoro_elastic.codegen.templates import LINE, render
+from symoro_elastic.foundation.errors import InputError
+
+TORQUES, FORWARD = "inverse_dynamics", "geometric_model"
+INVERSES = ("inverse_geometric_model", "inverse_position_model")
+LONGEST_NAME = 24
+"""Characters of a machine's name: those of a pin have 47."""
+DEGREE, MILLIMETRE = math.pi / 180, 1e-3
+OWN = words("period q qd qdd tau branch fperiod T P found singularity joint k way tried best wanted inst comp_id")
+"""Identifiers of the templates, and macros of pins."""
+UNITS = "Joints are in degrees or mm, as LinuxCNC has them; their velocities and accelerations likewise."
+
+
+@dataclass(frozen=True)
+class Pins:
+    """An argument as pins: names in HAL and in C, entries, meaning, what a unit of each entry is in SI units."""
+
+    pin: str
+    name: str
+    size: int
+    meaning: str
+    units: tuple[str, ...]
+
+
+def render_linuxcnc(package: Package, precision: Precision = DOUBLE) -> Files:
+    """Return `<name>_ff.comp` for the inverse dynamic model, `<name>_kins.comp` for geometric and inverse models.
+
+    Raises `InputError` for a package with neither, or with models that no component can call.
+    """
+    source = package.source or package.name
+    if len(package.name) > LONGEST_NAME:
+        what = f"{package.name} is too long for names of pins: at most {LONGEST_NAME} characters"
+        raise InputError(source, "--target linuxcnc, name", what)
+    named = with_local_names(with_own_results(package), OWN)
+    functions = {function.name: function for function in named.functions}
+    inverse = next((functions[name] for name in INVERSES if name in functions), None)
+    files: Files = {}
+    if TORQUES in functions:
+        files[f"{package.name}_ff.comp"] = _feed_forward(named, functions[TORQUES], source)
+    if inverse and FORWARD in functions:
+        files[f"{package.name}_kins.comp"] = _kinematics(named, functions[FORWARD], inverse, source)
+    if not files:
+        what = f"a component needs {TORQUES}, or {FORWARD} with {' or '.join(INVERSES)}: --model"
+        raise InputError(source, "--target linuxcnc", what)
+    return files
+
+
+def _refuse_missing(package: Package, functions: Sequence[Function], source: str) -> None:
+    """Raise `InputError` for parameters without a value."""
+    used = frozenset().union(*(function.program.used for function in functions))
+    missing = [p.name for p in package.parameters if math.isnan(p.value) and p.symbol in used]
+    if missing:
+        others = f", nor have {', '.join(missing[1:])}" if missing[1:] else ""
+        what = f"{missing[0]} has no value{others}, and a component holds values: give it in the file"
+        raise InputError(source, "--target linuxcnc", what)
+
+
+def unit_of(axis: Axis) -> float:
+    """Return what a unit of LinuxCNC is of a joint, in SI units: a degree or a millimetre."""
+    return MILLIMETRE if axis.unit.endswith(", m") else DEGREE
+
+
+# Torques
+
+
+def _feed_forward(package: Package, function: Function, source: str) -> str:
+    """The component of the torques."""
+    _refuse_missing(package, [function], source)
+    model = HalFunction(package, function)
+    pins = [_pins(package, a.name, a.size, a.meaning) for a in function.arguments if a.size]
+    results = [{"name": r.name, "size": math.prod(r.shape)} for r in function.results]
+    call = [f"given_{pin.name}" for pin in pins] + [f"found_{r['name']}" for r in results]
+    torques = next(math.prod(r.shape) for r in function.results if r.name == "tau")
+    about = ["Entries are by joint:", *_entries(package), f"{UNITS} Torques are in N m, forces in N."]
+    return render(
+        "linuxcnc/feed_forward.comp.j2",
+        name=package.name,
+        described=_described(package, about),
+        inputs=pins,
+        results=results,
+        torques=torques,
+        signs=model.signs,
+        sign=model.sign,
+        model=model.text(),
+        call=with_arguments(f"    {model.name}", call).lstrip(),
+    )
+
+
+def _pins(package: Package, name: str, size: int, meaning: str) -> Pins:
+    """The pins of an argument: joints in units of LinuxCNC, everything else in SI units."""
+    motors = package.driven or [package.axes[k] for k in package.motors]
+    of_joints = {"q": package.axes, "qd": package.axes, "qdd_motor": motors, "q_dep": package.dependent or ()}
+    units = tuple(map(unit_of, of_joints[name])) if name in of_joints else (1.0,) * size
+    short = "qdd" if name == "qdd_motor" else name
+    about = meaning.partition(",")[0] if name in of_joints else meaning
+    stem = short.replace("_", "-")
+    pin = f"{stem}-#" if short[-1].isdigit() else f"{stem}#"
+    return Pins(pin, short, size, about.replace('"', "'"), tuple(map(repr, units)))
+
+
+def _entries(package: Package) -> Iterator[str]:
+    yield f"q, qd: {', '.join(axis.name for axis in package.axes)};"
+    yield f"qdd, tau: {', '.join(package.motor_names)}."
+
+
+def _described(package: Package, about: Sequence[str]) -> list[str]:
+    """Lines of the description: what the file is, and what is to be known."""
+    lines = [line for text in (*sentences(package, DOUBLE), *about) for line in textwrap.wrap(text, LINE)]
+    return [in_comment(line).replace("\\", "/").replace('"', "'") for line in lines]
+
+
+# Kinematics
+
+
+def _kinematics(package: Package, forward: Function, inverse: Function, source: str) -> str:
+    """The component of the kinematics."""
+    _refuse_kinematics(package, forward, inverse, source)
+    solutions, joints = inverse.results[0].shape
+    models = [HalFunction(package, function, static=True) for function in (forward, inverse)]
+    entries = math.prod(forward.results[0].shape)
+    return render(
+        "linuxcnc/kinematics.comp.j2",
+        name=package.name,
+        described=_described(package, _about_kinematics(package)),
+        solutions=solutions,
+        last_branch=solutions - 1,
+        joints=joints,
+        found=solutions * joints,
+        units=[repr(unit_of(axis)) for axis in package.axes],
+        turns=["360.0" if unit_of(axis) == DEGREE else "0.0" for axis in package.axes],
+        degree=repr(DEGREE),
+        frames=entries,
+        last=entries - 16,
+        forward=models[0].text(),
+        forward_name=models[0].name,
+        inverse=models[1].text(),
+        inverse_name=models[1].name,
+        by_position=inverse.name == "inverse_position_model",
+        signs=any(model.signs for model in models),
+        sign=models[0].sign,
+    )
+
+
+def _about_kinematics(package: Package) -> list[str]:
+    return [
+        f"Joints, in degrees or mm: {', '.join(axis.name for axis in package.axes)}.",
+        f"World: the frame {package.frames[-1]} in the base, x y z in mm, a b c in degrees, R = Rz(c) Ry(b) Rx(a).",
+        "Angles of joints are turned by whole turns to where the joints are.",
+        "The pin branch chooses a solution; -1 takes the nearest.",
+    ]
+
+
+def _refuse_kinematics(package: Package, forward: Function, inverse: Function, source: str) -> None:
+    """Raise `InputError` for models that are not those of all joints to the last frame."""
+    _refuse_missing(package, [forward, inverse], source)
+    place = f"--target linuxcnc, {inverse.name}"
+    if not (forward.results[0].whole and inverse.results[0].whole):
+        what = "kinematics are those of the last frame of the table: leave out the frames that the scene asks for"
+        raise InputError(source, place, what)
+    if inverse.results[0].columns or package.motor_names != tuple(axis.name for axis in package.axes):
+        what = "joints without a motor, or that do not move the last frame, have no place in kinematics: lock them"
+        raise InputError(source, place, what)
+    if [a.name for a in forward.arguments] != ["q"]:
+        others = ", ".join(a.name for a in forward.arguments if a.name != "q")
+        raise InputError(source, place, f"{FORWARD} takes {others} beside q, which LinuxCNC does not know")
+
+
+LINUXCNC = Target(
+    name="linuxcnc",
+    title="components for LinuxCNC: torques of the inverse dynamic model, kinematics in closed form",
+    suffixes=("_ff.comp", "_kins.comp"),
+    precisions=(DOUBLE,),
+    reserved=C.reserved,
+    files=lambda package, _: render_linuxcnc(package),
+)
