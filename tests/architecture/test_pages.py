@@ -37,6 +37,7 @@ ELSEWHERE = {
     "simulation": "test_simulation_page",
     "closed_chains": "test_closed_chains_page",
     "matlab": "test_matlab_page",
+    "controllers": "test_controllers_page",
 }
 """Pages with tests of their own."""
 
