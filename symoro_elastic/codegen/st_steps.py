@@ -19,6 +19,8 @@ KINDS = ("explicit", "w", "midpoint")
 """Methods that are written; those with exact derivatives need dense matrices."""
 COUNTER = "k"
 """Variable of loops over the entries of the state."""
+NOTHING = "(* nothing *)"
+"""A line that is left out."""
 MEANINGS = {
     "tau": "motor torques or forces",
     "r": "positions that servos hold",
@@ -97,7 +99,7 @@ class StStep:
             results=tuple(error),
             given=tuple(parameter_line(name, p, self.form) for name, p in self.missing.items()),
             variables=tuple(self._variables()),
-            body=tuple(text.rstrip("\n").split("\n")),
+            body=tuple(line for line in text.rstrip("\n").split("\n") if line != NOTHING),
         )
 
     def _array(self, name: str, length: int, meaning: str = "") -> StArray:
@@ -132,6 +134,14 @@ class StStep:
             self.local(f"{array}{stage}")
         return sum_of(own, array).replace("[i]", "<i>").replace("[", "").replace("]", "").replace("<i>", f"[{COUNTER}]")
 
+    def each(self, indent: str = INDENT) -> str:
+        """Return the head of a loop over the state; matiec passes over loops of one pass, which are written out."""
+        return f"{indent}FOR {COUNTER} := 0 TO {self.n - 1} DO" if self.n > 1 else f"{indent}{COUNTER} := 0;"
+
+    def end(self, indent: str = INDENT) -> str:
+        """Return the end of a loop over the state."""
+        return f"{indent}END_FOR;" if self.n > 1 else NOTHING
+
     def advanced(self, to: str, start: str, terms: Terms, array: str) -> str:
         """Return the assignment of a part of a state, h times a sum after that at the start."""
         change = f" + h*({self.sum(terms, array)})" if terms else ""
@@ -154,12 +164,8 @@ class StStep:
         if self.nodes == 1:
             return [], self.names.give(name)
         row = self.local(f"{name}_row", size)
-        lines = [
-            f"{INDENT * depth}FOR {COUNTER} := 0 TO {size - 1} DO",
-            f"{INDENT * (depth + 1)}{row}[{COUNTER}] := {self.names.give(name)}[{node * size} + {COUNTER}];",
-            f"{INDENT * depth}END_FOR;",
-        ]
-        return lines, row
+        given = self.names.give(name)
+        return [f"{INDENT * depth}{row}[{k}] := {given}[{node * size + k}];" for k in range(size)], row
 
     def rate(self, node: int, qdd: str, depth: int = 1) -> str:
         """Return the lines that find the accelerations of the stage at a node, at `q_s`, `v_s`."""

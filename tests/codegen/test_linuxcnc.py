@@ -79,7 +79,7 @@ def kinematics(name: str, bench: Bench, folder: Path) -> tuple[Component, list[b
 
 
 @pytest.mark.parametrize("bench", BENCHES)
-@pytest.mark.parametrize("name", TORQUES)
+@pytest.mark.parametrize("name", ["arm", *(pytest.param(x, marks=pytest.mark.thorough) for x in TORQUES if x != "arm")])
 def test_torques_have_the_bits_of_c(name: str, bench: Bench, tmp_path: Path) -> None:
     package = torques_of(name)
     (made,) = render_linuxcnc(package).values()
@@ -118,7 +118,7 @@ def torques_in_c(name: str) -> Callable[..., Array]:
 
 
 @pytest.mark.parametrize("bench", BENCHES)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", [ARMS[0], *(pytest.param(x, marks=pytest.mark.thorough) for x in ARMS[1:])])
 def test_forward_of_inverse_is_the_pose(name: str, bench: Bench, tmp_path: Path) -> None:
     component, turns = kinematics(name, bench, tmp_path)
     rng = np.random.default_rng(4)
