@@ -67,8 +67,10 @@ def _refuse_missing(package: Package, functions: Sequence[Function], source: str
     used = frozenset().union(*(function.program.used for function in functions))
     missing = [p.name for p in package.parameters if math.isnan(p.value) and p.symbol in used]
     if missing:
-        others = f", nor have {', '.join(missing[1:])}" if missing[1:] else ""
-        what = f"{missing[0]} has no value{others}, and a component holds values: give it in the file"
+        others = f", nor have {len(missing) - 1} others" if missing[1:] else ""
+        what = (
+            f"{missing[0]} has no value{others}, and a component holds the values of parameters: give them in the file"
+        )
         raise InputError(source, "--target linuxcnc", what)
 
 
