@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from symoro_elastic.codegen.c_steps import sum_of
 from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
 from symoro_elastic.codegen.package import Package, ParameterValue
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.st_function import StArray, StBlock, StForm, StFunction, parameter_line
@@ -17,6 +18,8 @@ from symoro_elastic.foundation.errors import InputError
 
 KINDS = ("explicit", "w", "midpoint")
 """Methods that are written; those with exact derivatives need dense matrices."""
+STATE = ("q", "qd")
+"""What blocks of time steps carry."""
 COUNTER = "k"
 """Variable of loops over the entries of the state."""
 NOTHING = "(* nothing *)"
@@ -49,21 +52,25 @@ def _refuse(package: Package, methods: Sequence[MethodText], source: str) -> Non
     """Raise `InputError` for a method or a machine whose time steps are not written."""
     exact = [method.name for method in methods if method.kind not in KINDS]
     if exact:
-        what = f"{exact[0]} is not written in Structured Text: {', '.join(_written())} are"
+        written = ", ".join(name for name, method in METHODS.items() if not isinstance(method, Rosenbrock))
+        what = f"{exact[0]} is not written in Structured Text: {written} are"
         raise InputError(source, "--target st, steps", what)
-    why = "on a floating base" if package.base else "of loops without a closed form" if package.assembled else ""
-    if methods and (why or not package.has_motors_in_q):
-        what = (
-            f"time steps {why or 'with motors on dependent joints'} are not written in Structured Text: leave them out"
-        )
+    why = _why_not(package)
+    if methods and why:
+        what = f"time steps {why} are not written in Structured Text: leave them out"
         raise InputError(source, "--target st, steps", what)
 
 
-def _written() -> list[str]:
-    """Names of the methods that are written."""
-    from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
-
-    return [name for name, method in METHODS.items() if not isinstance(method, Rosenbrock)]
+def _why_not(package: Package) -> str:
+    """What a machine has that the time steps do not; empty where they are written."""
+    if package.base:
+        return "on a floating base"
+    if package.assembled:
+        return "of loops without a closed form"
+    others = [block.name for block in package.state if block.name not in STATE]
+    if others:
+        return f"of a state with {', '.join(others)}"
+    return "" if package.has_motors_in_q else "with motors on dependent joints"
 
 
 class StStep:
