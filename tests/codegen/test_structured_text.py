@@ -75,7 +75,10 @@ CASES: dict[str, tuple[Callable[[], Machine], Scene]] = {
     "hostile names": (hostile, Scene(models=(*DYNAMIC, "geometric_model", "jacobian"))),
     "motors in three ways": (lambda: example("ball_screw.toml"), Scene(models=DYNAMIC, steps=("w2",))),
     "all methods": (lambda: example("planar_2r.toml"), Scene(models=DYNAMIC, steps=("w2", "w3", "rk4", "midpoint"))),
-    "one joint": (lambda: toml.read(ONE_JOINT, "pendulum.toml"), Scene(models=DYNAMIC, steps=("w2", "midpoint"))),
+    "one joint": (
+        lambda: toml.read(ONE_JOINT, "pendulum.toml"),
+        Scene(models=DYNAMIC, steps=("w2", "midpoint"), forces=("swing",)),
+    ),
     "missing values": (lambda: example("flex4.par"), Scene(models=DYNAMIC, steps=("w2",))),
     "loops": (lambda: creeping(without_closed_form()), Scene(models=("direct_dynamics", "assemble"))),
     "floating base": (lambda: example("floating_arm.toml"), Scene(models=("direct_dynamics", "velocities"))),
