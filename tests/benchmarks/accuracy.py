@@ -99,8 +99,8 @@ def peers(asked: argparse.Namespace) -> list[Row]:
                 ours = measure(traced, evaluate_arrays(traced, states, values, np.float64), states, values)
                 theirs = measure(traced, of_pinocchio(machine, model, states), states, values)
                 what = f"{asked.links} links, {masses}, {turns}: {model}"
-                worst = {"ours, u": ours.worst, "Pinocchio, u": theirs.worst}
-                typical = {"ours, typical": ours.typical, "Pinocchio, typical": theirs.typical}
+                worst: dict[str, str | float] = {"ours, u": ours.worst, "Pinocchio, u": theirs.worst}
+                typical: dict[str, str | float] = {"ours, typical": ours.typical, "Pinocchio, typical": theirs.typical}
                 rows.append({"what": what} | worst | typical)
     return rows
 

@@ -33,7 +33,7 @@ from tests.codegen.backends.compared import (
     on,
 )
 
-QUICKLY = {"xla_cpu_use_fusion_emitters": False}
+QUICKLY: dict[str, str | bool] = {"xla_cpu_use_fusion_emitters": False}
 """Options of XLA with which large functions compile in a fifth of the time, and run a little slower."""
 
 

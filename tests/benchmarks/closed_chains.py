@@ -96,7 +96,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=401, help="rounds in which all take turns")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
-    require_pinocchio()
+    require_pinocchio(compiled=True)
     operations = list(counted())
     show_operations(operations)
     times = [row for one in progress(TIMED, "compile and time") for row in timed(one, arguments.rounds)]

@@ -98,7 +98,7 @@ class Times:
 
     def ratio(self, slower: str, faster: str) -> float:
         """Median over the rounds of the time of one over that of the other."""
-        return statistics.median(self.ns[:, self.names.index(slower)] / self.ns[:, self.names.index(faster)])
+        return float(statistics.median(self.ns[:, self.names.index(slower)] / self.ns[:, self.names.index(faster)]))
 
 
 def contest(contestants: Sequence[Contestant], rounds: int) -> Times:
@@ -177,7 +177,7 @@ def compiled(
 
 
 def entry(library: ctypes.CDLL, name: str = "contest") -> Callable[..., float]:
-    function = getattr(library, name)
+    function: Any = getattr(library, name)
     function.restype = ctypes.c_double
     function.argtypes = [ctypes.c_long, ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p]
     return function

@@ -32,7 +32,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=401, help="rounds in which all take turns")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
-    require_pinocchio()
+    require_pinocchio(compiled=True)
     figures: Figures = []
     counts: Counts = []
     wanted = [(title, model) for title in TITLES for model in MODELS]

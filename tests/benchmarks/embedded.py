@@ -281,7 +281,8 @@ def ulps(a: list[int], b: list[int]) -> np.ndarray:
     """Distances of single-precision numbers, in units in the last place; NaN is as far from NaN as 0 from 0."""
     bits = np.array([a, b], np.uint32).view(np.int32).astype(np.int64)
     ordered = np.where(bits < 0, -(bits & 0x7FFFFFFF), bits)
-    return np.abs(ordered[0] - ordered[1])
+    apart: np.ndarray = np.abs(ordered[0] - ordered[1])
+    return apart
 
 
 def rows_of(name: str) -> Iterator[list[str]]:

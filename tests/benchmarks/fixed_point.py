@@ -132,11 +132,14 @@ class Build:
 
     def rows(self, states: Array) -> Array:
         """The states as the code takes them: angles in single precision are rounded."""
-        return states if self.is_fixed else (states * self.case.argument_units).astype(np.float32)
+        rounded: Array = (states * self.case.argument_units).astype(np.float32)
+        return states if self.is_fixed else rounded
 
     def results(self, words: list[int]) -> Array:
         found = np.array(words, np.uint32)
-        return found.view(np.int32) * np.tile(self.case.units, STATES) if self.is_fixed else found.view(np.float32)
+        if self.is_fixed:
+            return found.view(np.int32).astype(float) * np.tile(self.case.units, STATES)
+        return found.view(np.float32).astype(float)
 
 
 def on_host(build: Build, states: Array, folder: Path) -> list[int]:

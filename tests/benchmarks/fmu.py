@@ -142,7 +142,7 @@ def _differences(one: Running, unknowns: list[str], name: str, x: float, h: floa
         one.set({name: x + change})
         return one.get(unknowns)
 
-    found = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
+    found: np.ndarray = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
     one.set({name: x})
     return found
 

@@ -9,13 +9,15 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import INERTIA, RECURSION, Scene
-from symoro_elastic.models.catalogue import trace_scene
+from symoro_elastic.models.catalogue import TracedModel, trace_scene
 from symoro_elastic.models.degenerate import SingularPivot
 from symoro_elastic.numerics.arrays import EXTENDED, evaluate_arrays
 from symoro_elastic.numerics.values import parameter_values
@@ -48,11 +50,11 @@ HEAD = ["", "recursion", "inertia", "predicted", "measured", "auto"]
 def named(count: int) -> Iterator[tuple[str, Callable[[], Machine]]]:
     yield from MACHINES.items()
     for path in sorted([*EXAMPLES.glob("*.toml"), *EXAMPLES.glob("*.par")]):
-        yield path.name, lambda name=path.name: example(name)
+        yield path.name, partial(example, path.name)
     for n in (3, 4, 5, 6, 8, 10):
-        yield f"chain of {n}", lambda n=n: chain(n)
+        yield f"chain of {n}", partial(chain, n)
     for k in range(count):
-        yield f"random {k + 100}", lambda k=k: random_machine(k + 100, joints=3 + k % 6)
+        yield f"random {k + 100}", partial(random_machine, k + 100, joints=3 + k % 6)
 
 
 def compared(make: Callable[[], Machine]) -> tuple[Choice, float] | None:
@@ -80,10 +82,11 @@ def error(machine: Machine, form: str, states: States, values: dict[str, float])
     return max(float(np.quantile(np.concatenate(errors), 0.99)), 2.0**-54)
 
 
-def each(traced, states: States, values: dict[str, float]):
+def each(traced: TracedModel, states: States, values: dict[str, float]) -> Array:
     exact, found = (evaluate_arrays(traced, states, values, kind) for kind in (EXTENDED, np.float64))
     apart = [abs(found[name] - exact[name]).max(axis=1) / abs(exact[name]).max(axis=1) for name in exact]
-    return np.maximum.reduce(apart).astype(float)
+    worst: Array = np.maximum.reduce(apart).astype(float)
+    return worst
 
 
 def row(name: str, choice: Choice, ratio: float) -> list[str]:

@@ -144,10 +144,11 @@ def built(name: str, rows: Sequence[Row]) -> Machine:
 
     joints = []
     for j, row in enumerate(rows, start=1):
-        lengths = {"d": cell(f"D{j}", row.d), "r": cell(f"R{j}", row.r)}
+        d, r = cell(f"D{j}", row.d), cell(f"R{j}", row.r)
         mass, x, y, z, *inertia = [cell(k, v) for k, v in body_values(j, row.mass, 0.25).items()]
+        xx, xy, xz, yy, yz, zz = inertia
         rotor = cell(f"IA{j}", round(0.05 * row.mass, 4))
-        body = Body(mass, (x, y, z), tuple(inertia))
+        body = Body(mass, (x, y, z), (xx, xy, xz, yy, yz, zz))
         joints.append(
             Joint(
                 row.name,
@@ -158,7 +159,8 @@ def built(name: str, rows: Sequence[Row]) -> Machine:
                 alpha=Formula.parse(row.alpha),
                 body=body,
                 rotor_inertia=rotor,
-                **lengths,
+                d=d,
+                r=r,
             )
         )
     parameters = tuple(Parameter(name, Formula.parse(value)) for name, value in values.items())

@@ -11,6 +11,7 @@ import numpy as np
 
 from symoro_elastic.machine.machine import Kind, Machine
 from tests.benchmarks.contest import Array, Contestant, Times, contest, difference
+from tests.benchmarks.peers.headers import eigen
 from tests.benchmarks.tables import print_table
 from tests.benchmarks.targets import Figures
 
@@ -46,10 +47,12 @@ class Match:
             }
 
 
-def require_pinocchio() -> None:
-    """Stop in one line where it is not installed."""
+def require_pinocchio(compiled: bool = False) -> None:
+    """Stop in one line where it is not installed, or where Eigen is not, without which it cannot be `compiled`."""
     if not find_spec("cmeel") or not find_spec("pinocchio"):
         raise SystemExit("Pinocchio, to which all are compared, is not installed: pip install -e '.[benchmarks]'")
+    if compiled and not eigen():
+        raise SystemExit("Eigen, which Pinocchio's headers need, is not installed: pip install -e '.[benchmarks]'")
 
 
 def matched(

@@ -97,7 +97,7 @@ class Contestant(NamedTuple):
     """Who does what: a key of WORK, the number of states, the name of their type, a key of HEAPS."""
 
     work: str
-    count: int
+    states: int
     dtype: str
     heap: str
 
@@ -105,7 +105,7 @@ class Contestant(NamedTuple):
         return self._replace(work="plain arrays")
 
     def wanted(self) -> str:
-        return f"{TARGETS[self.count]:g}" if self.work == "generated" and self.dtype == "float64" else ""
+        return f"{TARGETS[self.states]:g}" if self.work == "generated" and self.dtype == "float64" else ""
 
 
 CONTESTANTS = [
@@ -128,7 +128,7 @@ def main() -> None:
     times = take_turns(arguments.rounds)
     figures = [figure(times, contestant) for contestant in CONTESTANTS]
     rows = [
-        [str(f["work"]), str(f["count"]), str(f["dtype"]), str(f["heap"]), f"{f['ns']:.0f}", f"{f['ratio']:.1f}"]
+        [str(f["work"]), str(f["states"]), str(f["dtype"]), str(f["heap"]), f"{f['ns']:.0f}", f"{f['ratio']:.1f}"]
         for f in figures
     ]
     columns = ["", "states", "type", "freed memory", "ns a state", "times faster than plain arrays", "wanted"]
@@ -169,7 +169,7 @@ def turn(pipe: Connection) -> float:
 
 def compete(pipe: Connection, folder: str, contestant: Contestant) -> None:
     """Wait for a turn, call often enough for the clock, send nanoseconds a state."""
-    module, count = imported(Path(folder)), contestant.count
+    module, count = imported(Path(folder)), contestant.states
     states = np.random.default_rng(0).uniform(-2.0, 2.0, (3, count, 6)).astype(contestant.dtype)
     call = WORK[contestant.work](module, states)
     calls = max(1, round(ROUND_NS / once(call, 3)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -125,6 +125,6 @@ def batch(code: Code, x: Array, name: str, compiler: str, flags: Sequence[str] =
     return Contestant(name, run, columns, y, lambda y: y.T, len(x))
 
 
-def _entry(files: dict[str, str], text: str, compiler: str, flags: Sequence[str]):
+def _entry(files: dict[str, str], text: str, compiler: str, flags: Sequence[str]) -> Callable[..., float]:
     library = compiled([compiler, *FAST, *flags], {**files, "contest.c": text}, ["-lm"])
     return entry(ctypes.CDLL(str(library)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from tests.benchmarks.targets import Figures
 
@@ -23,8 +24,9 @@ def draw(figures: Figures, file: Path) -> None:
 
     mpl.use("svg")
     from matplotlib import pyplot
+    from matplotlib.patches import Rectangle
 
-    settings = {"svg.hashsalt": "benchmarks", "svg.fonttype": "path", "font.size": 8, "axes.spines.top": False}
+    settings: Any = {"svg.hashsalt": "benchmarks", "svg.fonttype": "path", "font.size": 8, "axes.spines.top": False}
     machines = list(dict.fromkeys(str(f["machine"]) for f in figures))
     with mpl.rc_context(settings | {"axes.spines.right": False}):
         drawing, panels = pyplot.subplots(1, 2, figsize=(8, 2.9), sharey=True, layout="constrained")
@@ -33,13 +35,13 @@ def draw(figures: Figures, file: Path) -> None:
             panel.set_title(title)
         panels[0].set_ylabel("times faster than Pinocchio C++")
         handles = [(label, colour) for label, colour in reversed(ROWS.values())]
-        patches = [pyplot.Rectangle((0, 0), 1, 1, color=colour) for _, colour in handles]
+        patches = [Rectangle((0, 0), 1, 1, color=colour) for _, colour in handles]
         drawing.legend(patches, [label for label, _ in handles], loc="outside lower center", ncols=5, frameon=False)
         drawing.savefig(file, metadata={"Date": None, "Creator": None})
         pyplot.close(drawing)
 
 
-def _panel(panel, figures: Figures, machines: list[str]) -> None:
+def _panel(panel: Any, figures: Figures, machines: list[str]) -> None:
     width = 0.8 / len(ROWS)
     for k, (name, (_, colour)) in enumerate(reversed(ROWS.items())):
         for position, machine in enumerate(machines):

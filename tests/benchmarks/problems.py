@@ -39,8 +39,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=401, help="rounds in which all take turns")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
-    require_pinocchio()
-    rows = [row for name in progress(LOOPS, "compile and time") for row in of_loops(name, arguments.rounds)]
+    require_pinocchio(compiled=True)
+    rows = [row for name in progress(list(LOOPS), "compile and time") for row in of_loops(name, arguments.rounds)]
     rows += of_bricard(arguments.rounds)
     shown = [
         [r["problem"], r["contestant"], f"{r['ns']:.4g}", _or(r["ratio"], ".3g"), _or(r["error"], ".1e")] for r in rows

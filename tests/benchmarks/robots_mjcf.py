@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import DescribedMachine
 from tests.benchmarks.tables import print_table, progress, save_json
 
 PACKAGES = ("mujoco", "gymnasium-robotics", "pybullet")
@@ -70,6 +71,7 @@ def figures(path: Path) -> Figures:
         why = error.what if isinstance(error, InputError) else f"MuJoCo refuses it: {error}"
         return {"robot": name, "why": " ".join(why.split())[:150]}
     machine, errors = compared.machine, compared.errors(STATES)
+    assert isinstance(machine, DescribedMachine)
     return {
         "robot": name,
         "joints": len(machine.independent),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib.util
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -116,8 +117,7 @@ def of_cvode(order: int) -> Callable[[System, float], tuple[Array, Array]]:
 
 def contestants() -> dict[str, Callable[[System, float], tuple[Array, Array]]]:
     found: dict[str, Callable[[System, float], tuple[Array, Array]]] = {
-        f"scipy {name}": lambda system, tolerance, name=name: of_scipy(name, system, tolerance)
-        for name in ("DOP853", "Radau", "BDF", "LSODA")
+        f"scipy {name}": partial(of_scipy, name) for name in ("DOP853", "Radau", "BDF", "LSODA")
     }
     if importlib.util.find_spec("sksundae"):
         found |= {"CVODE BDF": of_cvode(5), "CVODE BDF, order 2": of_cvode(2)}

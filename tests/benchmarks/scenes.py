@@ -131,8 +131,8 @@ def show(found: Sequence[Compared]) -> None:
         ("rung errors within 1.1", len(springs), share(springs, CLOSE), 0.9),
         ("step errors within a factor 2", len(steps), share(steps, EXCEPT_FAR), 0.95),
     )
-    rows = [(what, str(n), f"{x:.1%}", f"{goal:.0%}", "met" if x >= goal else "NOT MET") for what, n, x, goal in asked]
-    print_table("promises", ("promise", "errors", "share", "asked", ""), rows)
+    kept = [(what, str(n), f"{x:.1%}", f"{goal:.0%}", "met" if x >= goal else "NOT MET") for what, n, x, goal in asked]
+    print_table("promises", ("promise", "errors", "share", "asked", ""), kept)
 
 
 def _figures(found: Sequence[float]) -> tuple[str, str, str]:

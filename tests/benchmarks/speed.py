@@ -30,7 +30,7 @@ BYTES = {"AVX-512": 64, "AVX2": 32}
 
 def main() -> None:
     arguments = parser().parse_args()
-    require_pinocchio()
+    require_pinocchio(compiled=True)
     limits = limits_of_this_machine(arguments.rounds)
     found: list[Match] = []
     wanted = [(title, model) for title in MACHINES for model in MODELS]

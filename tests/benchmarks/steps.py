@@ -9,7 +9,7 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -114,7 +114,7 @@ def main() -> None:
     print_table("Steps with servos (gcc -O2 -mavx2 -mfma)", [*columns, "stack, bytes"], rows)
 
 
-def _row(method: str) -> Iterable[str]:
+def _row(method: str) -> Sequence[str]:
     machine = two_axis()
     code = step_code(machine, method)
     operations = StepCost(machine, Motors.SERVO).of(METHODS[method])

@@ -10,7 +10,9 @@ import os
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import symoro_elastic as se
 from symoro_elastic.machine.machine import Machine
@@ -19,7 +21,7 @@ from tests.command_line import EXAMPLES
 RUNS = 2
 COUNT = 1000
 OVER = {"ram.k": "1e6:1e8:50,log", "motor_y": "0:0.2:20"}
-ANALYSES: dict[str, dict[str, object]] = {
+ANALYSES: dict[str, dict[str, Any]] = {
     "modes": {},
     "response": {"of": "response", "inputs": ["tool.fx"], "outputs": ["tool.x"], "damping": 0.02},
 }
@@ -40,8 +42,8 @@ def points(machine: Machine) -> None:
     """Print what a point costs, traced anew and in a sweep."""
     few = {"ram.k": "1e6:1e8:20,log"}
     for name, given in ANALYSES.items():
-        many = processor(lambda given=given: se.sweep(machine, over=few, hold=["all"], **given))
-        one = processor(lambda given=given: se.sweep(machine, over={"ram.k": [1e6]}, hold=["all"], **given))
+        many = processor(partial(se.sweep, machine, over=few, hold=["all"], **given))
+        one = processor(partial(se.sweep, machine, over={"ram.k": [1e6]}, hold=["all"], **given))
         each = (many - one) / 19
         print(f"{name:10} first point {1e3 * one:6.1f} ms, each other {1e3 * each:6.2f} ms, {1 / each:5.0f} a second")
 

@@ -41,9 +41,10 @@ def motion(reference: Reference, integrator: str, steps: int) -> tuple[float, Ar
 
     assert reference.servo is not None
     machine, h = reference.machine, reference.duration / steps
+    t = np.arange(steps + 1, dtype=np.float64) * h
     motors = np.array(machine.motor_entries, dtype=np.intc)
     kp, kd = (np.ascontiguousarray(x) for x in reference.servo)
-    y, yd, _ = reference.at(h * np.arange(steps))
+    y, yd, _ = reference.at(t[:-1])
     rows = np.ascontiguousarray(np.stack([y, reference.start.tau[motors] + kd * yd], axis=2))
     q = reference.start.q.copy()
     record = np.zeros((steps + 1, 2 * len(q)))
@@ -54,4 +55,4 @@ def motion(reference: Reference, integrator: str, steps: int) -> tuple[float, Ar
         arrays = (x.ctypes.data for x in (motors, kp, kd, q, rows, record[1:]))
         seconds = _library().carry_out(str(file).encode(), INTEGRATORS[integrator], h, steps, len(motors), *arrays)
     assert seconds >= 0, "MuJoCo cannot read its model"
-    return seconds, h * np.arange(steps + 1), record[:, : len(q)], record[:, len(q) :]
+    return seconds, t, record[:, : len(q)], record[:, len(q) :]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import importlib.util
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ import numpy as np
 
 from symoro_elastic.machine.machine import Kind, Machine
 from tests.benchmarks.contest import BUILD, Array, Contestant, compiled, entry, keeping_results
+from tests.benchmarks.peers.headers import eigen, shipped
 from tests.references.pinocchio_model import model_of
 
 HERE = Path(__file__).parent
@@ -32,11 +32,8 @@ ALGORITHMS = {
 
 
 def headers() -> list[str]:
-    """Options of the compiler that find Pinocchio, Eigen and boost in the wheels."""
-    found = importlib.util.find_spec("cmeel")
-    assert found and found.submodule_search_locations
-    include = Path(next(iter(found.submodule_search_locations))).parent / "cmeel.prefix" / "include"
-    return ["-std=c++17", *LIMITS, f"-isystem{include}", f"-isystem{include / 'eigen3'}"]
+    """Options of the compiler that find Pinocchio, boost and Eigen."""
+    return ["-std=c++17", *LIMITS, f"-isystem{shipped()}", f"-isystem{eigen()}"]
 
 
 def sources(name: str) -> dict[str, str]:
