@@ -65,6 +65,8 @@ CASES = {
     "noise below 20 Hz": Sensing(corner=20.0),
     "3 % spikes": Sensing(spikes=0.03),
     "12 bits, offsets, 3 samples": Sensing(12, late=3, offset=True),
+    "delay of 3 samples, 1000 Hz": Sensing(rate=1000.0, late=3),
+    "noise below 20 Hz, 1000 Hz": Sensing(rate=1000.0, corner=20.0),
 }
 
 

@@ -15,7 +15,14 @@ from statistics import NormalDist
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.noise import Noise, colours, residual_noise
+from symoro_elastic.analysis.identification.noise import (
+    Noise,
+    alike,
+    colours,
+    doubt_of_variance,
+    residual_noise,
+    usual_correlation,
+)
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.numerics.independence import IndependentColumns, independent_columns
@@ -119,7 +126,7 @@ def solve(
     tau: Array,
     rounds: int = WEIGHTINGS,
     noise: Sequence[Array] = (),
-    correlation: Sequence[float] = (1.0,),
+    correlation: Array | None = None,
     repeating: bool = False,
     draws: Draws | None = None,
     doubts: Sequence[Array] = (),
@@ -128,7 +135,7 @@ def solve(
 
     sigma_j^2 = |r_j|^2 / (samples - c_j), where c_j is the share of joint j in the degrees of freedom. `rounds`
     of weighting follow the ordinary solution. Rows that are zero on both sides count for nothing. `correlation` is
-    that of the noise of torques with the same noise 0, 1, 2 ... rows later.
+    that of the noise of torques in each row with the same noise 0, 1, 2 ... rows later, (lags, rows, n).
 
     Noise of the positions is in Y too and pulls X towards zero, most where the left side is zero (elastic joints).
     `noise` are noises of Y of the same law; with N the mean of their N^T N, X = (Y^T Y - N)^-1 Y^T tau is free of
@@ -137,6 +144,7 @@ def solve(
     phase of the motion, its covariance with the columns is not that of spectral densities. `doubts` are errors of tau
     of one standard deviation, each with one factor for all rows ("considered", not sought).
     """
+    correlation = alike((1.0,), *Y.shape[:2]) if correlation is None else correlation
     first: Array | None = None
     sigma = np.ones(Y.shape[1])
     for _ in range(rounds + 1):
@@ -149,8 +157,9 @@ def solve(
     predicted = Y @ X
     found = _law(Y, tau, X, sigma, noise, correlation, repeating)
     raised = colours(found, (tau - predicted) / sigma)
-    law = found if draws is None else found.of_torques
-    scores = law.scaled(raised).of_scores(Y / sigma[:, None])
+    law = found.torques if draws is not None and found.torques else found
+    larger = raised * doubt_of_variance(Y / sigma[:, None], correlation)
+    scores = law.scaled(larger).of_scores(Y / sigma[:, None])
     if draws is not None:
         scores = scores + _of_draws(Y / sigma[:, None], [D / sigma * raised for D in draws(X)])
     covariance = spread @ scores @ spread
@@ -171,7 +180,7 @@ def _of_draws(Y: Array, draws: Sequence[Array]) -> Array:
 
 
 def _law(
-    Y: Array, tau: Array, X: Array, sigma: Array, noise: Sequence[Array], correlation: Sequence[float], repeating: bool
+    Y: Array, tau: Array, X: Array, sigma: Array, noise: Sequence[Array], correlation: Array, repeating: bool
 ) -> Noise:
     """Return the noise of the rows over sigma."""
     positions = [D @ X / sigma for D in noise]
@@ -222,7 +231,7 @@ def estimate(
     still: Sequence[int] = (),
     tolerance: float = FROM_DATA,
     noise: Sequence[Array] = (),
-    correlation: Sequence[float] = (1.0,),
+    correlation: Array | None = None,
     repeating: bool = False,
     draws: Draws | None = None,
     doubts: Sequence[Array] = (),
@@ -234,7 +243,8 @@ def estimate(
     (0-based) that do not move. Raises `InputError` where there are too few samples, or nothing to be found.
     """
     rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
-    refuse_short(rows, len(unknowns), correlation, source)
+    correlation = alike((1.0,), *Y.shape[:2]) if correlation is None else correlation
+    refuse_short(rows, len(unknowns), usual_correlation(correlation), source)
     grouping = independent_columns(balanced(Y), tolerance)
     if not grouping.kept:
         raise InputError(source, "q", "this motion excites no parameter: move every joint, and move it faster")

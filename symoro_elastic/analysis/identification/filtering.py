@@ -62,10 +62,14 @@ class Filter:
 
     @property
     def correlation(self) -> tuple[float, ...]:
-        """Correlation of averages of white noise with those 0, 1, 2 ... rows later."""
+        """Correlation of averages of white noise under whole windows with those 0, 1, 2 ... rows later."""
+        return tuple(float(x.sum()) for x in self.shared_weights)
+
+    @property
+    def shared_weights(self) -> list[Array]:
+        """Products of the weights that averages 0, 1, 2 ... rows apart give their common samples; of sum 1 for 0."""
         h = self.weights
-        together = [float(h[k:] @ h[: len(h) - k]) for k in range(0, len(h), self.step)]
-        return tuple(x / together[0] for x in together)
+        return [h[k:] * h[: len(h) - k] / (h @ h) for k in range(0, len(h), self.step)]
 
     @property
     def weights(self) -> Array:
@@ -191,12 +195,15 @@ def average(x: AnyArray, chosen: Filter) -> Array:
     return np.array(rows).reshape(len(rows), *x.shape[1:])
 
 
-def openness(moving: BoolArray, chosen: Filter) -> Array:
-    """Return the variance of averages of the samples (N, n) that count, relative to that of all, (rows, n)."""
-    squares = chosen.weights**2
-    rows = [squares @ moving[k : k + chosen.window] for k in chosen.starts(len(moving))]
-    share: Array = np.array(rows).reshape(len(rows), moving.shape[1]) / squares.sum()
-    return np.where(share >= FEWEST_OPEN, share, 0.0)
+def shared_noise(counted: BoolArray, chosen: Filter) -> Array:
+    """Return covariances of averages of white noise in the samples (N, n) that count with those 0, 1, 2 ... rows later,
+    relative to the variance under whole windows, (lags, rows, n)."""
+    starts = chosen.starts(len(counted))
+    found = np.zeros((len(chosen.shared_weights), len(starts), counted.shape[1]))
+    for lag, both in enumerate(chosen.shared_weights):
+        for row, k in enumerate(starts[lag:]):
+            found[lag, row] = both @ counted[k : k + len(both)]
+    return found
 
 
 def moving(rates: Array, noises: Sequence[Array], chosen: Filter | None) -> BoolArray:

@@ -20,6 +20,7 @@ from symoro_elastic.analysis.identification.estimation import (
 )
 from symoro_elastic.analysis.identification.filtering import (
     DRAWS,
+    FEWEST_OPEN,
     Filter,
     FilteredMotion,
     as_measured,
@@ -28,9 +29,10 @@ from symoro_elastic.analysis.identification.filtering import (
     filtered_motion,
     moving,
     noises_like,
-    openness,
+    shared_noise,
     smooth,
 )
+from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
 from symoro_elastic.analysis.identification.regression import (
     Regressor,
@@ -61,13 +63,15 @@ CLOSE = 4.0  # samples in a period of the Butterworth cut-off
 @dataclass(frozen=True)
 class Rows:
     """Rows of Y X, what known values and loads take from the left side, columns of offsets of motors' torques, joints
-    that stand still, noise of Y by twins of that of the positions."""
+    that stand still, correlation of noise of torques in each row with that 0, 1, 2 ... rows later (lags, rows, n),
+    noise of Y by twins of that of the positions."""
 
     t: Array
     Y: Array
     given: Array
     offsets: Array
     still: tuple[int, ...]
+    correlation: Array
     noise: tuple[Array, ...] = ()
 
 
@@ -90,9 +94,24 @@ class Sampled:
         return _pieces(len(self.motion.t), self.chosen)
 
     @cached_property
+    def _shared(self) -> Array:
+        """Covariances of white noise in rows with that 0, 1, 2 ... rows later, before rows are scaled."""
+        return shared_noise(self.counted, self.chosen) if self.chosen else self.counted[None].astype(float)
+
+    @cached_property
     def scale(self) -> Array:
         """1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
-        return _relative_deviation(self.counted, self.chosen)
+        variance = self._shared[0]
+        used = variance >= FEWEST_OPEN
+        return np.where(used, 1 / np.sqrt(np.where(used, variance, 1.0)), 0.0)
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation of white noise in rows, where some samples of a window do not count, too, (lags, rows, n)."""
+        padded = np.pad(self.scale, ((0, len(self._shared)), (0, 0)))
+        later = np.array([padded[k : k + len(self.scale)] for k in range(len(self._shared))])
+        correlation: Array = self._shared * self.scale * later
+        return correlation
 
     @property
     def every(self) -> int:
@@ -146,7 +165,8 @@ class Equations:
         offsets = [sampled.averages(x) for x in each]
         t = average(motion.t, chosen) if chosen else motion.t
         stacked = np.stack(offsets, axis=2) if offsets else np.zeros((*given.shape, 0))
-        return Rows(t, scaled[0], given * sampled.scale, stacked, motion.still, tuple(scaled[1:]))
+        rows = scaled[0], given * sampled.scale, stacked
+        return Rows(t, *rows, motion.still, sampled.correlation, tuple(scaled[1:]))
 
     def torques(self, sampled: Sampled, delay: float = 0.0) -> tuple[Array, Array]:
         """Return averages of what torques of motors do, so much later than positions, and of their slopes."""
@@ -301,7 +321,7 @@ class _Stack:
         self._still = tuple(sorted(set.intersection(*(set(x.still) for x in rows))))
         noise = tuple(np.concatenate(part) for part in zip(*(x.noise for x in rows), strict=True))
         Y, offsets = np.concatenate([x.Y for x in rows]), np.concatenate([x.offsets for x in rows])
-        correlation, period = (chosen.correlation if chosen else (1.0,)), records[0].period
+        correlation, period = np.concatenate([x.correlation for x in rows], axis=1), records[0].period
         fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
         repeating = any(x.motion.staircases for x in self.sampled)
         torques, draws = _torques(equations, self.sampled, given), _draws(equations, self.sampled)
@@ -319,7 +339,7 @@ class _Stack:
     def estimated(self, unknowns: Sequence[Unknown], offsets: str, delay: str) -> tuple[Sensors, Estimation, Array]:
         """Return what is sought of sensors, the estimation, and left sides."""
         columns, machine = self.columns, self._equations.machine
-        refuse_short(_used(columns.Y), len(unknowns), columns.correlation, self._source)
+        refuse_short(_used(columns.Y), len(unknowns), usual_correlation(columns.correlation), self._source)
         sensors = sought_sensors(columns, offsets, delay)
         tau, slopes = columns.torques(sensors.delay)
         Y, noise = columns.joined(sensors.offsets, slopes if sensors.has_delay else None)
@@ -422,12 +442,6 @@ def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
     starts, each = chosen.starts(samples), max(1, max(PIECE, 4 * chosen.window) // chosen.step)
     firsts = [starts[k : k + each] for k in range(0, len(starts), each)]
     return [slice(some[0], some[-1] + chosen.window) for some in firsts]
-
-
-def _relative_deviation(counted: BoolArray, chosen: Filter | None) -> Array:
-    """Return 1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
-    variance = openness(counted, chosen) if chosen else counted.astype(float)
-    return np.where(variance > 0, 1 / np.sqrt(np.where(variance > 0, variance, 1.0)), 0.0)
 
 
 def _unknowns(

@@ -1,9 +1,9 @@
 """Law of the residuals of tau = Y X: spectral densities of the noise of positions and of torques.
 
 Rows are averages, so noise is correlated from one to the next. The noise of torques is white before averaging: its
-correlation is that of the windows, its size follows from the residuals. The noise of positions is that of its twins
-(`filtering`). Densities are at the frequencies of records padded with zeros to `padded_length` rows; their mean
-over all frequencies is the variance.
+correlation is that of the samples that two windows share, which differs from row to row where samples are left out; its
+size follows from the residuals. The noise of positions is that of its twins (`filtering`). Densities are at the
+frequencies of records padded with zeros to `padded_length` rows; their mean over all frequencies is the variance.
 """
 
 from __future__ import annotations
@@ -17,17 +17,68 @@ from symoro_elastic.foundation.array_types import AnyArray, Array
 
 FEWEST_LAGS, PART = 24, 4  # lags of the correlation of positions' noise that are kept: a quarter of the rows
 MOST_ALIKE = 0.98
+FEWEST_FREEDOM = 3.0  # degrees of freedom of a variance
 CORRELATED = 0.3  # correlation of neighbouring residuals, beyond that of averages, that is not chance
 
 
 @dataclass(frozen=True)
+class Averages:
+    """White noise in the rows of each joint: variances (n), and the correlation of a row with those 0, 1, 2 ... rows
+    later, (lags, rows, n), zero for rows left out."""
+
+    variance: Array
+    correlation: Array
+
+    def correlations(self, lags: int) -> Array:
+        """Return mean E[r_j(t) r_j(t + lag)] for some lags from 0, (lags, n)."""
+        found = np.zeros((lags, len(self.variance)))
+        total = self.correlation[:lags].sum(axis=1)
+        found[: len(total)] = self.variance * total / np.maximum(self.correlation[0].sum(axis=0), 1.0)
+        return found
+
+    def scaled(self, factors: Array) -> Averages:
+        """Return the noise with the standard deviations of joints multiplied, (n)."""
+        return Averages(self.variance * factors**2, self.correlation)
+
+    def of_scores(self, Y: Array) -> Array:
+        """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times the noise."""
+        own = self.variance * self.correlation
+        total: Array = np.einsum("rjc,rj,rjd->cd", Y, own[0], Y, optimize=True)
+        for lag in range(1, min(len(own), len(Y))):
+            later = np.einsum("rjc,rj,rjd->cd", Y[:-lag], own[lag, :-lag], Y[lag:], optimize=True)
+            total = total + later + later.T
+        return total
+
+    @property
+    def worth(self) -> Array:
+        """How many independent rows tell the variance of a joint as well as its rows do, (tr R)^2 / tr R^2, (n)."""
+        squares = (self.correlation**2).sum(axis=1)
+        own: Array = self.correlation[0].sum(axis=0) ** 2 / np.maximum(2 * squares.sum(axis=0) - squares[0], 1.0)
+        return own
+
+
+def alike(correlation: Sequence[float], rows: int, joints: int) -> Array:
+    """Return correlations (lags, rows, n) that are the same in all rows: with those 0, 1, 2 ... rows later."""
+    found = np.zeros((len(correlation), rows, joints))
+    for lag, x in enumerate(correlation):
+        found[lag, : max(rows - lag, 0)] = x
+    return found
+
+
+def usual_correlation(correlation: Array) -> tuple[float, ...]:
+    """Return the mean correlation of rows with those 0, 1, 2 ... rows later."""
+    total = correlation.sum(axis=(1, 2))
+    return tuple((total / max(float(total[0]), 1.0)).tolist())
+
+
+@dataclass(frozen=True)
 class Noise:
-    """Noise in the rows of each joint, over its sigma: cross-spectral density (frequencies, n, n), and the part of it
-    that noise of torques has."""
+    """Noise in the rows of each joint, over its sigma: that of positions by its cross-spectral density
+    (frequencies, n, n), and that of torques."""
 
     density: AnyArray
     rows: int
-    torques: AnyArray | None = None
+    torques: Averages | None = None
 
     @property
     def variance(self) -> Array:
@@ -39,23 +90,25 @@ class Noise:
         """Return E[r_j(t) r_j(t + lag)] for some lags from 0, (lags, n)."""
         own = np.einsum("fjj->fj", self.density)
         both: Array = np.fft.irfft(own, padded_length(self.rows), axis=0)[:lags]
-        return both
+        return both if self.torques is None else both + self.torques.correlations(lags)
 
     def of(self, joint: int) -> Noise:
-        """Return the noise of one joint alone."""
+        """Return the noise that positions make in one joint alone."""
         return Noise(self.density[:, joint : joint + 1, joint : joint + 1], self.rows)
-
-    @property
-    def of_torques(self) -> Noise:
-        """The noise of torques alone."""
-        return self if self.torques is None else Noise(self.torques, self.rows)
 
     def scaled(self, factors: Array) -> Noise:
         """Return the noise with the standard deviations of joints multiplied, (n)."""
-        return Noise(self.density * np.outer(factors, factors), self.rows)
+        torques = None if self.torques is None else self.torques.scaled(factors)
+        return Noise(self.density * np.outer(factors, factors), self.rows, torques)
 
     def of_scores(self, Y: Array) -> Array:
         """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times the noise."""
+        both = self._of_positions(Y)
+        return both if self.torques is None else both + self.torques.of_scores(Y)
+
+    def _of_positions(self, Y: Array) -> Array:
+        if not self.density.any():
+            return np.zeros((Y.shape[2], Y.shape[2]))
         spectrum = np.fft.rfft(Y, padded_length(len(Y)), axis=0)
         through = (self.density @ spectrum) * _both_signs(len(Y))[:, None, None]
         total: Array = np.tensordot(spectrum.conj(), through, axes=([0, 1], [0, 1])).real / padded_length(len(Y))
@@ -72,14 +125,6 @@ def _both_signs(rows: int) -> Array:
     counts = np.full(padded_length(rows) // 2 + 1, 2.0)
     counts[[0, -1]] = 1.0
     return counts
-
-
-def of_correlation(correlation: Sequence[float], rows: int) -> Array:
-    """Return the spectral density of noise of variance 1 with this correlation 0, 1, 2 ... rows later."""
-    both = np.zeros(padded_length(rows))
-    both[: len(correlation)] = correlation
-    both[len(both) - len(correlation) + 1 :] = correlation[:0:-1]
-    return np.maximum(np.fft.rfft(both).real, 0.0)
 
 
 def of_records(records: Sequence[Array], used: Array, repeating: bool = False) -> AnyArray:
@@ -108,29 +153,44 @@ def _parzen(x: Array) -> Array:
 
 
 def residual_noise(
-    Y: Array, residuals: Array, positions: Sequence[Array], correlation: Sequence[float], repeating: bool = False
+    Y: Array, residuals: Array, positions: Sequence[Array], correlation: Array, repeating: bool = False
 ) -> Noise:
     """Return the noise that leaves such residuals (rows, n), of rows and columns Y (rows, n, c) over sigma.
 
-    `positions` are the noises, perhaps `repeating`, that those of the positions make in the rows. What they do not
-    explain is noise of the torques: of least squares with H = Q Q^T and variances v_k of the torques' noise,
+    `positions` are the noises, perhaps `repeating`, that those of the positions make in the rows; `correlation` is that
+    of the torques' noise (lags, rows, n). What positions do not explain is noise of the torques: of least squares with
+    H = Q Q^T and variances v_k of the torques' noise,
     E |r_j|^2 = sum_k v_k (delta_jk (tr R - 2 tr Q_j^T R Q_j) + tr Q_k^T R Q_k Q_j^T Q_j), solved for v.
     """
     rows, joints, columns = Y.shape
     used = Y.any(axis=2).sum(axis=0)
     Q = np.linalg.qr(Y.reshape(-1, columns))[0].reshape(Y.shape)
-    white = of_correlation(correlation, rows)
-    spread = [Noise(white[:, None, None], rows).of_scores(Q[:, [j]]) for j in range(joints)]
+    white = [Averages(np.ones(1), correlation[:, :, [j]]) for j in range(joints)]
+    spread = [one.of_scores(Q[:, [j]]) for j, one in enumerate(white)]
     shares = [Q[:, j].T @ Q[:, j] for j in range(joints)]
     A = np.array([[float((G * B).sum()) for G in spread] for B in shares])
     A += np.diag([used[j] - 2 * float(np.trace(spread[j])) for j in range(joints)])
-    energy, density = (residuals**2).sum(axis=0), np.zeros((len(white), joints, joints), dtype=complex)
+    energy = (residuals**2).sum(axis=0)
+    density = np.zeros((padded_length(rows) // 2 + 1, joints, joints), dtype=complex)
     if positions:
         density += of_records(positions, used, repeating)
         energy = energy - _left_of(Noise(density, rows), Q, used, shares)
-    torques = _not_negative(A, energy, used)
-    alone = (white[:, None, None] * np.diag(torques)).astype(complex)
-    return Noise(density + alone, rows, alone)
+    return Noise(density, rows, Averages(_not_negative(A, energy, used), correlation))
+
+
+def doubt_of_variance(Y: Array, correlation: Array) -> Array:
+    """Return by what the standard deviation of scores is larger for the variance of noise is from few rows, (n).
+
+    Beside a variance of f degrees of freedom the truth has Student's distribution, whose variance is f / (f - 2) times
+    that of the normal one. Columns Y (rows, n, c) take their share of the rows of each joint.
+    """
+    _, joints, columns = Y.shape
+    Q = np.linalg.qr(Y.reshape(-1, columns))[0].reshape(Y.shape)
+    used = np.maximum(Y.any(axis=2).sum(axis=0), 1)
+    left = 1 - (Q**2).sum(axis=(0, 2)) / used
+    freedom = np.maximum(Averages(np.ones(joints), correlation).worth * left, FEWEST_FREEDOM)
+    factors: Array = np.sqrt(freedom / (freedom - 2))
+    return factors
 
 
 def colours(noise: Noise, residuals: Array) -> Array:

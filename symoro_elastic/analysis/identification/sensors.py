@@ -42,14 +42,14 @@ Torques = Callable[[float], tuple[Array, Array]]
 @dataclass(frozen=True)
 class Columns:
     """Rows to be explained: Y (rows, n, c) of the machine, noises of Y, columns of offsets (rows, n, motors), left
-    sides by delay, correlation of the noise of torques, sampling period and period of the fastest motion in s,
-    whether noises of Y repeat with the motion, and draws of such noises."""
+    sides by delay, correlation of the noise of torques (lags, rows, n), sampling period and period of the fastest
+    motion in s, whether noises of Y repeat with the motion, and draws of such noises."""
 
     Y: Array
     noise: tuple[Array, ...]
     offsets: Array
     torques: Torques
-    correlation: tuple[float, ...]
+    correlation: Array
     sampling: float
     motion: float
     repeating: bool = False
