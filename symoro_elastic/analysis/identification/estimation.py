@@ -157,16 +157,22 @@ def solve(
     predicted = Y @ X
     found = _law(Y, tau, X, sigma, noise, correlation, repeating)
     raised = colours(found, (tau - predicted) / sigma)
-    law = found.torques if draws is not None and found.torques else found
-    larger = raised * doubt_of_variance(Y / sigma[:, None], correlation)
-    scores = law.scaled(larger).of_scores(Y / sigma[:, None])
-    if draws is not None:
-        scores = scores + _of_draws(Y / sigma[:, None], [D / sigma * raised for D in draws(X)])
-    covariance = spread @ scores @ spread
+    drawn = [] if draws is None else [D / sigma * raised for D in draws(X)]
+    covariance = spread @ _of_scores(Y / sigma[:, None], found.scaled(raised), correlation, drawn) @ spread
     for doubt in doubts:
         pull = _weighted(Y, doubt, sigma, noise)[0]
         covariance = covariance + np.outer(pull, pull)
     return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, raised)
+
+
+def _of_scores(Y: Array, law: Noise, correlation: Array, drawn: Sequence[Array]) -> Array:
+    """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times noise.
+
+    Noise of positions is that which is drawn, where any is, else that of the law.
+    """
+    own = law.torques if drawn and law.torques else law
+    scores = own.scaled(doubt_of_variance(Y, correlation)).of_scores(Y)
+    return scores + _of_draws(Y, drawn) if drawn else scores
 
 
 def _of_draws(Y: Array, draws: Sequence[Array]) -> Array:
