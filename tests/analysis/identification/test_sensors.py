@@ -128,6 +128,22 @@ def test_without_noise_the_delay_is_exact(arm: Machine) -> None:
     assert never.delay == 0.0 and abs(of_machine(never)).max() > 10
 
 
+def test_rows_beside_reversals_know_what_they_share(arm: Machine) -> None:
+    """Correlations of noise in rows that `identify` uses, against all weights, the mask of samples and the scale."""
+    measured = record(arm, bits=17, seconds=8.0)
+    found = identify(arm, measured, offsets="never", delay="never")
+    assert found.filter
+    sampled, chosen = found.equations.sampled(measured, found.filter), found.filter
+    correlation, starts = found.equations.rows(sampled).correlation, chosen.starts(len(sampled.counted))
+    H = np.array([np.pad(chosen.weights, (k, len(sampled.counted) - chosen.window - k)) for k in starts])
+    for j in range(2):
+        R = H * sampled.counted[:, j] @ H.T * np.outer(*2 * [sampled.scale[:, j]]) / (chosen.weights @ chosen.weights)
+        assert np.diag(R) == pytest.approx(np.where(sampled.scale[:, j], 1.0, 0.0))
+        for lag, each in enumerate(correlation[:, :, j]):
+            np.testing.assert_allclose(each[: len(R) - lag], np.diag(R, lag), atol=1e-12)
+        assert np.abs(np.diag(R, 1) - chosen.correlation[1]).max() > 0.1
+
+
 def test_offsets_are_found_and_their_doubt_counts(arm: Machine) -> None:
     found = identify(arm, record(arm, offset=(0.5, -0.1)))
     for label, true in (("OFF1", 0.5), ("OFF2", -0.1)):
