@@ -219,15 +219,15 @@ def name_composite(names: Names, composite: RigidInertia, j: int, section: Secti
         names.give(x, f"J{j}_c{entry}", section)
 
 
-def name_factors(bound: Bound, factors: Factorization, forces: Mapping[int, Scalar], qdd: Mapping[int, Scalar]) -> None:
+def name_factors(names: Names, factors: Factorization, forces: Mapping[int, Scalar], qdd: Mapping[int, Scalar]) -> None:
     """Name the pivots of the inertia matrix, and the accelerations it gives."""
     for j, pivot in factors.pivots.items():
         here = Section("Solution, from the tips to the base", j, "[8]")
-        bound.names.give(pivot, f"H{j}", here)
-        bound.names.give(factors.inverses[j], f"Hinv{j}", here)
-        bound.names.give(forces[j], f"Gb{j}", here)
+        names.give(pivot, f"H{j}", here)
+        names.give(factors.inverses[j], f"Hinv{j}", here)
+        names.give(forces[j], f"Gb{j}", here)
     for j, x in qdd.items():
-        bound.names.give(x, f"qdd{j}", Section("Solution, from the base to the tips", j, "[8]"))
+        names.give(x, f"qdd{j}", Section("Solution, from the base to the tips", j, "[8]"))
 
 
 def name_frames(bound: Bound, placed: list[Frame]) -> None:

@@ -39,11 +39,17 @@ def side_by_side(boxes: Sequence[Parts]) -> dict[str, Interval]:
 
 
 def cut(
-    whole: Parts, names: Sequence[str], bounds: Callable[[Parts], Array], most: int, progress: Progress = no_progress
+    whole: Parts,
+    names: Sequence[str],
+    bounds: Callable[[Parts], Array],
+    most: int,
+    progress: Progress = no_progress,
+    least_gain: float = LEAST_GAIN,
 ) -> Parts:
     """At most so many sub-boxes of a box, cut each time in the middle of the variable that makes bounds smallest.
 
-    `bounds` gives the bound of each result (results, sub-boxes); of a box in parts the largest counts.
+    `bounds` gives the bound of each result (results, sub-boxes); of a box in parts the largest counts. It ends where a cut
+    gains less than `least_gain`.
     """
     if not names:
         return whole
@@ -54,7 +60,7 @@ def cut(
         sizes = _sizes(tried, bounds)
         progress(step + 1, steps)
         best = min(range(len(tried)), key=sizes.__getitem__)
-        if not sizes[best] < before - LEAST_GAIN:
+        if not sizes[best] < before - least_gain:
             break
         whole, before = tried[best], sizes[best]
     return whole

@@ -44,15 +44,18 @@ def reduce_program(
     states: int = UNSEEN,
     confident: bool = True,
     bound: ErrorBound | None = None,
+    changing: Collection[int] | None = None,
 ) -> Reduction:
     """Return the program with the fewest operations found whose errors are within the tolerances over the box.
 
     `program` depends on symbols of the box only: parameters are numbers. `positions` name the arguments that hold
     positions, `names` are the quantities that keep their names. With `confident` the bound on errors at `states` more
-    states is within the tolerances too, with `bound` that bound. Where nothing can be left out, the program stays.
+    states is within the tolerances too, with `bound` that bound. Only nodes with numbers in `changing` change, if given. Where nothing can be left out, the program stays.
     Raises `ValueError` for a symbol without an interval, an output without a tolerance, results that are not finite.
     """
     task = Task(program, box, tolerances, names or Names(), positions, seed)
+    if changing is not None:
+        task.only_at(changing)
     return _reduction(task, states, confident, bound)
 
 

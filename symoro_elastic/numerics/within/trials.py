@@ -68,6 +68,10 @@ class Task:
         if possible:
             self._accepts = lambda taken: possible({places[change.place] for change in taken})
 
+    def only_at(self, nodes: Collection[int]) -> None:
+        """Let nothing change but nodes with these numbers."""
+        self.candidates = [change for change in self.candidates if self.tape.nodes[change.place].id in nodes]
+
     def _rng(self, purpose: int) -> np.random.Generator:
         return np.random.default_rng([self.seed, purpose])
 

@@ -1,0 +1,100 @@
+"""Lemma 7, a direct model whose inverse model has terms left out: what errors of torques do to accelerations.
+
+A_S and the right side r_S come from an inverse model with terms left out, the residual of which is wrong by
+d(q, qd, tau, qdd) = (A_S - A) qdd - (r_S - r). The accelerations of both solve A qdd = r and A_S qdd_S = r_S, so that
+
+    qdd_S - qdd = -A_S^-1 d(q, qd, tau, qdd)
+
+exactly: with |d_i| <= e_i for all qdd in their range, |qdd_S - qdd| is at most the largest |x| of A_S x = d.
+
+All solutions for |d| <= e at once: let A be in [M - R, M + R] entrywise, and C any matrix, such as one near M^-1. Then
+x = C d + (1 - C A) x, so |x| <= |C| e + G |x| with G = |1 - C M| + |C| R. A vector y > 0 with
+
+    y - G y >= |C| e
+
+proves that |x| <= y, for 1 - G is then an M-matrix, whose inverse has no entry below zero; and that A is not singular.
+With C = diag(1/M_ii) this is the theorem of Ostrowski on matrices with a dominant diagonal (A. Ostrowski, Ueber die
+Determinanten mit ueberwiegender Hauptdiagonale, 1937). A symmetric A with positive diagonal is positive definite then.
+
+A_S differs from A by |A_S - A|_ik <= e_i / Q_k where |d_i| <= e_i holds for all |qdd_k| <= Q_k: the difference of d at
+both ends of the range is 2 Q_k (A_S - A)_ik.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.numerics.guarantees.intervals import Interval
+
+SLACK = 1e-6
+"""Of y: by how much it is larger than needed, so that rounding does not break its inequality, and none is zero."""
+ROUNDING = 1e-12
+"""Of all sums: more than their rounding."""
+
+
+def largest_solutions(A: Interval, e: Array) -> Array:
+    """A bound of |x_i| for all A x = d with |d| <= e, by sub-box (n, sub-boxes); infinite where nothing is proven.
+
+    `A` (n, n, sub-boxes) holds the matrix, `e` (n,) the bounds of the right side.
+    """
+    count = A.low.shape[-1]
+    found = [_largest(A.low[..., k], A.high[..., k], e) for k in range(count)]
+    return np.array(found).T.reshape(len(e), count)
+
+
+def widened(A: Interval, by: Array) -> Interval:
+    """The matrices that differ from A by at most so much in each entry (n, n)."""
+    more = by[..., None] * (1 + ROUNDING)
+    return Interval(np.nextafter(A.low - more, -np.inf), np.nextafter(A.high + more, np.inf))
+
+
+def allowed_right_sides(A: Interval, most: Array) -> Array:
+    """Right sides e (n,) that are as large as they may be, so that |x_i| of A x = d, |d| <= e, stays below `most`.
+
+    Zero where nothing is proven. Each is as large as its own x allows, beside equal shares of all others.
+    """
+    unit = np.array([largest_solutions(A, column).max(axis=1) for column in np.eye(len(most))]).T
+    if not np.isfinite(unit).all():
+        return np.zeros(len(most))
+    share = most / unit.sum(axis=1)
+    scale: float = (most / largest_solutions(A, share).max(axis=1)).min()
+    return share * scale * (1 - SLACK)
+
+
+def _largest(low: Array, high: Array, e: Array) -> Array:
+    """The smaller one of what the diagonal proves, and of what the inverse of the middle does."""
+    best = np.full(len(e), np.inf)
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        return best
+    middle = low / 2 + high / 2
+    radius = np.maximum(high - middle, middle - low) * (1 + ROUNDING)
+    for C in _near_inverses(middle):
+        best = np.minimum(best, _by(C, middle, radius, e))
+    return best
+
+
+def _near_inverses(middle: Array) -> list[Array]:
+    diagonal = np.diag(middle)
+    found = [np.diag(1 / diagonal)] if (diagonal > 0).all() else []
+    try:
+        return [*found, np.linalg.inv(middle)]
+    except np.linalg.LinAlgError:
+        return found
+
+
+def _by(C: Array, middle: Array, radius: Array, e: Array) -> Array:
+    """y with y - G y >= |C| e, infinite where there is none."""
+    size, nothing = len(e), np.full(len(e), np.inf)
+    magnitude = np.abs(C)
+    G = (np.abs(np.eye(size) - C @ middle) + magnitude @ radius) * (1 + ROUNDING)
+    G += ROUNDING * magnitude @ np.abs(middle)
+    right = magnitude @ e * (1 + ROUNDING)
+    if not right.any():
+        return np.zeros(size)
+    try:
+        y = np.linalg.solve(np.eye(size) - G, right * (1 + SLACK) + SLACK * right.max())
+    except np.linalg.LinAlgError:
+        return nothing
+    is_proven = np.isfinite(y).all() and (y > 0).all() and (y - G @ y * (1 + ROUNDING) >= right).all()
+    return y if is_proven else nothing

@@ -1,0 +1,230 @@
+"""Direct models within a tolerance, proven: terms are left out of A and the right side, A qdd = right is solved exactly.
+
+    1. Ranges of A and of the right side over the box, and from these the range Q of all accelerations.
+    2. The residual A qdd - right may be wrong by as much as the tolerances of the accelerations allow (lemma 7).
+    3. Terms of A and of the right side are left out of the residual within these errors, for all |qdd| <= Q, as
+       `reduction` does it: what is proven of an inverse model is proven by polynomials.
+    4. From the errors that are proven of it follow those of the accelerations, and how small pivots may be.
+
+Entries of A stand once, so it stays symmetric; and no matrix in its new range is singular, so it stays positive definite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.limits import Range
+from symoro_elastic.machine.within import Tolerance
+from symoro_elastic.models.inertia_form import InertiaForm
+from symoro_elastic.models.model import Joints
+from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.guarantees.box import Box
+from symoro_elastic.numerics.guarantees.grid import largest
+from symoro_elastic.numerics.guarantees.intervals import Interval, interval
+from symoro_elastic.numerics.guarantees.inverse_bound import allowed_right_sides, largest_solutions, widened
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Known, running_errors
+from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
+from symoro_elastic.numerics.within.rebuild import with_values
+from symoro_elastic.numerics.within.reduction import reduce_program
+from symoro_elastic.numerics.within.results import EntryError, ErrorBound, Reduction
+from symoro_elastic.numerics.within.tape import Tape
+from symoro_elastic.numerics.within.trials import MANY, Task
+from symoro_elastic.numerics.within.unseen import unseen
+from symoro_elastic.symbolic.arithmetic import evaluate
+from symoro_elastic.symbolic.expression import Expression, Operand, reachable
+from symoro_elastic.symbolic.operations import NEGATE, SYMBOL
+from symoro_elastic.symbolic.program import Program
+
+DOUBLE = ROUNDINGS["double"]
+MOST_SUB_BOXES, DRAWN = 64, 2000
+SECONDS = 2.0
+"""For the polynomial of one entry."""
+GAMMA = "Gamma"
+"""The residual."""
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What may be left out of a residual: its program and box, allowed errors, and the range of A."""
+
+    form: InertiaForm
+    program: Program
+    box: Box
+    allowed: Array
+    A: Interval
+    reach: Array
+
+    @property
+    def tolerances(self) -> dict[str, list[Tolerance]]:
+        """Absolute ones of each row."""
+        return {GAMMA: [Tolerance(float(x), relative=False) for x in self.allowed]}
+
+    @property
+    def parts(self) -> frozenset[int]:
+        """The nodes of A and of the right side, by number: no other may be changed."""
+        return frozenset(node.id for node in self.form.program.nodes)
+
+    def matrices(self, errors: Array) -> Interval:
+        """The range of A_S, whose residual is wrong by at most `errors`."""
+        return widened(self.A, errors[:, None] / self.reach)
+
+
+def residual_of(form: InertiaForm, box: Box, most: Array) -> Residual | None:
+    """Return the residual of a direct model whose accelerations may be wrong by at most `most`; None without a proof.
+
+    `box` is that of the direct model; `most` (joints,) is positive.
+    """
+    entries, right = (output.entries for output in form.program.outputs)
+    A = _matrix(form, entries, box)
+    reach = largest_solutions(A, np.array([_magnitude(x, box) for x in right])).max(axis=1)
+    if not np.isfinite(reach).all():
+        return None
+    reach = np.maximum(reach, np.finfo(float).tiny)
+    allowed = allowed_right_sides(A, most)
+    allowed = allowed_right_sides(widened(A, allowed[:, None] / reach), most)
+    if not (allowed > 0).all():
+        return None
+    ranges = {name: Range(-x, x) for name, x in zip(form.accelerations, reach.tolist(), strict=True)}
+    whole = Box({**box.ranges, **ranges}, box.positions)
+    return Residual(form, form.residual(), whole, allowed, A, reach)
+
+
+@dataclass(frozen=True)
+class SolvedExactly:
+    """A direct model of a changed A and right side: its reduction, and what is known of its pivots, by name."""
+
+    reduction: Reduction
+    pivots: Mapping[str, float]
+
+    def known(self, program: Program) -> Known:
+        """The pivots of its program as `running_errors` take them."""
+        found = {}
+        for name, least in self.pivots.items():
+            x = program.quantities.get(name)
+            if isinstance(x, Expression):
+                interval = Interval(np.array(least), np.array(np.inf))
+                found[x.positive.id] = partial(_met, -interval if x.operation == NEGATE else interval)
+        return found
+
+
+def _met(known: Interval, found: Interval) -> Interval:
+    return found.meeting(known)
+
+
+def solved_exactly(task: Task, asked: Joints, residual: Residual, bound: ErrorBound, states: int) -> SolvedExactly:
+    """Return the direct model of a task with as few terms of A and of the right side as its tolerances allow.
+
+    `asked` are the joints of its results, `bound` proves errors of the residual. Where nothing can be left out, or
+    proven, the program stays whole.
+    """
+    form = residual.form
+    found = reduce_program(
+        residual.program,
+        residual.box.ranges,
+        residual.tolerances,
+        positions=task.positions,
+        seed=task.seed,
+        confident=False,
+        states=states,
+        bound=bound,
+        changing=residual.parts,
+    )
+    if not found.left_out:
+        return SolvedExactly(task.unchanged().reduction(states), {})
+    errors = np.array([one.bounded or 0.0 for one in found.errors])
+    A = residual.matrices(errors)
+    accelerations = dict(zip(form.joints, largest_solutions(A, errors).max(axis=1), strict=True))
+    reduced = form.solved(with_values(form.program, found.values), form.names.moved(found.values), asked)
+    reduction = replace(
+        task.unchanged().reduction(states),
+        reduced=reduced,
+        outputs=reduced.outputs,
+        left_out=found.left_out,
+        errors=tuple(_errors(task, reduced, [float(accelerations[j]) for j in asked], states)),
+    )
+    return SolvedExactly(reduction, _pivots(form, A))
+
+
+def _errors(task: Task, reduced: Program, bounds: Sequence[float], states: int) -> Iterator[EntryError]:
+    """The errors of all results: those at states that are not searched, and those that are proven."""
+    seen = unseen(task.tape, Tape(reduced, task.positions), task.box, task.judging, states, (task.seed, MANY, 0))
+    numbers = {place: number for number, place in enumerate(task.tape.results)}
+    for output, places in zip(task.program.outputs, task.tape.entries, strict=True):
+        for index, place in enumerate(places):
+            if place in numbers:
+                k = numbers[place]
+                largest, allowed = float(task.largest[k]), float(task.allowed[k])
+                worst = float(seen.worst[k] / task.judging[k])
+                yield EntryError(output.name, index, largest, allowed, worst, worst, worst, None, bounds[index])
+
+
+def _pivots(form: InertiaForm, A: Interval) -> dict[str, float]:
+    """Lower bounds of H_j, a Schur complement over some joints: at least that over all, 1 / (A^-1)_jj."""
+    units = np.eye(len(form.joints))
+    inverse = [largest_solutions(A, unit)[k].max() for k, unit in enumerate(units)]
+    return {f"H{j}": float(np.nextafter(1 / x, 0)) for j, x in zip(form.joints, inverse, strict=True)}
+
+
+def _parts(entries: Sequence[Operand], box: Box) -> Parts:
+    """The sub-boxes in which the entries of A are nearest to numbers."""
+    nodes, whole = reachable(entries), _used(entries, box)
+    names = [name for name in whole if name in box.positions and name in box.open]
+
+    def widths(parts: Parts) -> Array:
+        bounds = running_errors(nodes, parts, DOUBLE)
+        found = [bounds.range_of(x) for x in entries if isinstance(x, Expression)]
+        return np.array([np.broadcast_to(x.high - x.low, bounds.shape) for x in found])
+
+    return cut(whole, names, widths, MOST_SUB_BOXES, least_gain=-np.inf) if nodes else whole
+
+
+def _used(entries: Sequence[Operand], box: Box) -> Parts:
+    return box.of(node.operands[0] for node in reachable(entries) if node.operation == SYMBOL).whole
+
+
+def _matrix(form: InertiaForm, entries: Sequence[Operand], box: Box) -> Interval:
+    """The range of A (n, n, sub-boxes): by intervals, where these do not suffice by polynomials, too."""
+    bounds = running_errors(reachable(entries), _parts(entries, box), DOUBLE)
+    A = _symmetric(form, [bounds.range_of(x) for x in entries], bounds.shape)
+    if np.isfinite(largest_solutions(A, np.ones(len(form.joints)))).all():
+        return A
+    drawn = evaluate(entries, box.states(DRAWN, np.random.default_rng(0)), arithmetic(np.float64))
+    values = [np.asarray(drawn(x), dtype=float) for x in entries]
+    ranges = [
+        bounds.range_of(x).meeting(_about(x, (value.min() + value.max()) / 2, box))
+        for x, value in zip(entries, values, strict=True)
+    ]
+    return _symmetric(form, ranges, bounds.shape)
+
+
+def _symmetric(form: InertiaForm, ranges: Sequence[Interval], shape: tuple[int, ...]) -> Interval:
+    """The matrix (n, n, sub-boxes) with these entries in its lower triangle."""
+    size = len(form.joints)
+    row, column = np.tril_indices(size)
+    low, high = (np.empty((size, size, *shape)) for _ in range(2))
+    for i, j, x in zip(row, column, ranges, strict=True):
+        low[i, j], high[i, j] = low[j, i], high[j, i] = x.low, x.high
+    return Interval(low, high)
+
+
+def _about(x: Operand, middle: float, box: Box) -> Interval:
+    """The range of a polynomial over a box: its largest distance from about its middle."""
+    if not isinstance(x, Expression):
+        return interval(x)
+    half = largest(x - Fraction(middle), box, seconds=SECONDS).bound
+    return Interval(np.nextafter(middle - half, -np.inf), np.nextafter(middle + half, np.inf))
+
+
+def _magnitude(x: Operand, box: Box) -> float:
+    """The largest magnitude of an expression over a box."""
+    if not isinstance(x, Expression):
+        return float(interval(x).magnitude)
+    bounds = running_errors(reachable([x]), _used([x], box), DOUBLE)
+    by_intervals = float(np.max(bounds.range_of(x).magnitude))
+    return min(by_intervals, largest(x, box, seconds=SECONDS).bound)
