@@ -72,7 +72,7 @@ class Build:
         with placed({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
             return pipeline.generate(
                 machine, scene, self.targets, Path(options.out), options.announce, precisions, self.tools, self.unit,
-                options.certify,
+                options.certify, options.progress,
             )  # fmt: skip
 
 

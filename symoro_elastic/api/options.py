@@ -163,6 +163,7 @@ class Generating(RequestedModels):
     steps: Sequence[str] = argument((), "Time steps beside the models: {names}.", names=method_names)
     force: bool = force_row()
     announce: Announce = announce_row()
+    progress: Progress = progress_row()
 
 
 class Checking(RequestedModels):

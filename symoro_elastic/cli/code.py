@@ -45,11 +45,11 @@ def generate(machine: str, options: Generating, reading: Reading, as_json: bool)
     from symoro_elastic.api import models as api
 
     build = api.build_of(options)
-    with steps() as announce:
+    with staged_progress() as (announce, progress):
         whole = read(machine, reading, announce)
         scene = replace(scene_of(whole, options), merge_angles=options.merge_angles)
         _warn_of_soft_springs(whole, scene)
-        made = build.written(whole, scene, replace(options, announce=announce))
+        made = build.written(whole, scene, replace(options, announce=announce, progress=progress))
     _warn_of_singular_starts(whole, scene)
     if scene.merge_angles is not None and not any(model.merged for model in made.models):
         note("merging angles saves no operations in these models, so none were merged")

@@ -163,6 +163,7 @@ def generate(
     tools: ToolChain | None = None,
     options: fmu.Options | None = None,
     certify: bool = False,
+    progress: Progress = no_progress,
 ) -> Generated:
     """Write the models that a scene asks of a machine to `out/<machine name>/`, C in each of the precisions.
 
@@ -176,7 +177,7 @@ def generate(
         what = "an FMU has models of its own, which are whole" if FMU in targets else f"{scaled[0]} has whole models"
         raise machine.error("scene, within", f"{what}: leave out the target, or within")
     scene, form = in_form(machine if texts or scaled else _of_unit(machine), scene, announce)
-    made = [_code(machine, scene, texts, announce, precisions, tools, certify)] if texts else []
+    made = [_code(machine, scene, texts, announce, precisions, tools, certify, progress)] if texts else []
     made += [_scaled(machine, scene, name, announce) for name in scaled]
     if FMU in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
@@ -206,9 +207,10 @@ def _code(
     precisions: Sequence[Precision],
     tools: ToolChain | None,
     certify: bool,
+    progress: Progress,
 ) -> _Made:
     """The code of the models that a scene asks of a machine; raises `InputError`."""
-    asked, package, reduced = _guaranteed(machine, scene, precisions, certify, announce)
+    asked, package, reduced = _guaranteed(machine, scene, precisions, certify, announce, progress)
     announce("render")
     files = render(package, targets, machine.source, precisions)
     reports: Sequence[CodeReport] = ()
@@ -219,7 +221,12 @@ def _code(
 
 
 def _guaranteed(
-    machine: Machine, scene: Scene, precisions: Sequence[Precision], certify: bool, announce: Announce
+    machine: Machine,
+    scene: Scene,
+    precisions: Sequence[Precision],
+    certify: bool,
+    announce: Announce,
+    progress: Progress,
 ) -> tuple[Traced, Package, Sequence[ReducedModel]]:
     """The programs of a scene, within its tolerances, and their package, which says what is guaranteed if asked for."""
     if not scene.within:
@@ -232,7 +239,7 @@ def _guaranteed(
 
     announce("leave out")
     roundings = [ROUNDINGS[precision.name] for precision in precisions if precision.name in ROUNDINGS]
-    asked, reduced = reduced_models(DescribedMachine.of(machine), scene, programs, roundings)
+    asked, reduced = reduced_models(DescribedMachine.of(machine), scene, programs, roundings, announce, progress)
     first = {one.model: said(one) for one in reduced}
     return asked, with_guarantees(asked.package, certificates_of(reduced, machine.name), first), reduced
 

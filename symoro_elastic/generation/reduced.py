@@ -13,15 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.codegen.package import Function
-from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.foundation.results import Result
+from symoro_elastic.generation.solved_exactly import can_be_solved, solved_direct
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
-from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.machine.scene import ALL, INERTIA, Scene
 from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Tolerance, Within
+from symoro_elastic.models.catalogue import TracedModel, in_form
+from symoro_elastic.models.inertia_form import DIRECT
 from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.traced import Traced
 from symoro_elastic.numerics.guarantees.box import LIMITED, POSITION
@@ -29,7 +32,7 @@ from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBou
 from symoro_elastic.numerics.guarantees.certificates import Certificates, certificate_of, subject_of
 from symoro_elastic.numerics.guarantees.of_reduced import ReducedErrors
 from symoro_elastic.numerics.guarantees.running_error import Rounding
-from symoro_elastic.numerics.within.reduction import reduce_program, without_parameters
+from symoro_elastic.numerics.within.reduction import MOST_UNPROVEN, reduce_program, without_parameters
 from symoro_elastic.numerics.within.results import EntryError, Reduction
 from symoro_elastic.numerics.within.structure import STATES, LostStructure, lost_structure
 from symoro_elastic.symbolic.program import Names, Program
@@ -37,6 +40,7 @@ from symoro_elastic.symbolic.program import Names, Program
 POSITIONS = tuple(name for name, quantity in LIMITED.items() if quantity == POSITION)
 FREED = ("bodies", "motors")
 """Tables whose numbers may become zero."""
+ENDED = "the search was ended before anything was found that keeps the tolerance: nothing is written"
 Trace = Callable[[Machine, Scene], Traced]
 
 
@@ -44,7 +48,8 @@ Trace = Callable[[Machine, Scene], Traced]
 class ReducedModel(Result):
     """A model within a tolerance: what was left out, and its errors; certificates have the total, rounding included.
 
-    `lost` is what an inverse model has lost of its structure, where single terms were left out.
+    `lost` is what an inverse model has lost of its structure, where single terms were left out. A direct model is
+    `solved` if they were left out of its inverse model, which is solved exactly.
     """
 
     model: str
@@ -52,6 +57,7 @@ class ReducedModel(Result):
     reduction: Reduction
     certificates: tuple[Certificate, ...]
     lost: LostStructure | None = None
+    solved: bool = False
 
     @property
     def operations(self) -> tuple[int, int]:
@@ -72,6 +78,7 @@ def reduced_models(
     scene: Scene,
     trace: Trace,
     roundings: Sequence[Rounding],
+    announce: Announce = announce_nothing,
     progress: Progress = no_progress,
 ) -> tuple[Traced, list[ReducedModel]]:
     """The models of a scene within its tolerances, as programs, and what was left out; raises `InputError`."""
@@ -80,14 +87,76 @@ def reduced_models(
     asked = trace(machine, scene)
     _refuse_unknown(asked, scene.within, machine)
     if scene.within.keep is Keep.PARAMETERS:
-        return _without_parameters(machine, scene, trace, asked, roundings)
-    made = []
-    for function in asked.package.functions:
-        whole = subject_of(asked, _physical(machine), machine.limits, function, roundings[0])
-        made.append(_reduced(whole, asked, scene.within, machine, progress))
-    models = [replace(one, program=reduction.reduced) for one, reduction in zip(asked.models, made, strict=True)]
-    reduced = replace(asked, models=models)
+        return _without_parameters(machine, scene, trace, asked, roundings, announce, progress)
+    search = _Searched(asked, machine, scene.within, roundings[0], announce, progress)
+    try:
+        made = [search.of(*pair) for pair in zip(asked.models, asked.package.functions, strict=True)]
+    except KeyboardInterrupt:
+        raise machine.error("scene, within", ENDED) from None
+    reduced = replace(asked, models=[one.model for one in made])
     return reduced, _reports(asked, reduced, made, scene.within, machine, roundings)
+
+
+@dataclass(frozen=True)
+class _Made:
+    """A reduced model; `subject` is what a certificate needs of it if terms are left out of its inverse model."""
+
+    model: TracedModel
+    reduction: Reduction
+    subject: Subject | None = None
+
+
+@dataclass(frozen=True)
+class _Searched:
+    """Looks for what may be left out of the models of a scene."""
+
+    asked: Traced
+    machine: DescribedMachine
+    within: Within
+    rounding: Rounding
+    announce: Announce
+    progress: Progress
+
+    def of(self, model: TracedModel, function: Function) -> _Made:
+        """The program of a model without the terms that its tolerances allow to leave out; raises `InputError`."""
+        whole = subject_of(self.asked, _physical(self.machine), self.machine.limits, function, self.rounding)
+        is_proven = self.within.guaranteed is Guaranteed.PROVEN
+        other = is_proven and can_be_solved(self.asked, model)
+        try:
+            found = self._reduced(whole, is_proven, 1 if other else MOST_UNPROVEN)
+            if other and not found.left_out and found.unproven:
+                solved = self._solved(model, whole)
+                if solved:
+                    return solved
+        except ValueError as error:
+            raise self.machine.error("scene, within", f"{function.name}: {error}") from None
+        return _Made(replace(model, program=found.reduced), found)
+
+    def _reduced(self, whole: Subject, is_proven: bool, most_unproven: int) -> Reduction:
+        """Terms left out of the program as it is."""
+        program = whole.function.program
+        return reduce_program(
+            program,
+            whole.box.ranges,
+            tolerances_of(whole.function, self.within),
+            names=_names(program),
+            positions=POSITIONS,
+            confident=not is_proven,
+            bound=ReducedErrors(whole, self.progress) if is_proven else None,
+            watched=self.announce,
+            most_unproven=most_unproven,
+        )
+
+    def _solved(self, model: TracedModel, whole: Subject) -> _Made | None:
+        """Terms left out of the inverse model, which is solved exactly; None where nothing is proven of that, too."""
+        tolerances = tolerances_of(whole.function, self.within)
+        found = solved_direct(
+            self.asked, model, whole, self.machine.limits, tolerances, POSITIONS, self.announce, self.progress
+        )
+        if not found or not found[0].reduction.left_out:
+            return None
+        reduction = found[0].reduction
+        return _Made(replace(model, model=in_form(DIRECT, INERTIA), program=reduction.reduced), reduction, found[1])
 
 
 def _refuse(machine: Machine, scene: Scene) -> None:
@@ -113,24 +182,6 @@ def _physical(machine: DescribedMachine) -> Machine:
     return machine.origin.ungrouped or machine
 
 
-def _reduced(whole: Subject, asked: Traced, within: Within, machine: Machine, progress: Progress) -> Reduction:
-    """The program of a function without the terms that its tolerances allow to leave out."""
-    program = whole.function.program
-    bound = ReducedErrors(whole, progress) if within.guaranteed is Guaranteed.PROVEN else None
-    try:
-        return reduce_program(
-            program,
-            whole.box.ranges,
-            tolerances_of(whole.function, within),
-            names=_names(program),
-            positions=POSITIONS,
-            confident=bound is None,
-            bound=bound,
-        )
-    except ValueError as error:
-        raise machine.error("scene, within", f"{whole.function.name}: {error}") from None
-
-
 def tolerances_of(function: Function, within: Within) -> dict[str, list[Tolerance]]:
     """The tolerance of each entry of each result: that of its joint, of the result, or of all; else none."""
     found: dict[str, list[Tolerance]] = {result.name: [] for result in function.results}
@@ -152,22 +203,26 @@ def _names(program: Program) -> Names:
 def _reports(
     asked: Traced,
     reduced: Traced,
-    made: Sequence[Reduction],
+    made: Sequence[_Made],
     within: Within,
     machine: DescribedMachine,
     roundings: Sequence[Rounding],
 ) -> list[ReducedModel]:
     """What was left out of each function, and its errors in the box of the whole one."""
     found, physical, limits = [], _physical(machine), machine.limits
-    for whole, function, reduction in zip(asked.package.functions, reduced.package.functions, made, strict=True):
+    for whole, function, one in zip(asked.package.functions, reduced.package.functions, made, strict=True):
+        reduction = one.reduction
         wholes = [subject_of(asked, physical, limits, whole, rounding) for rounding in roundings]
-        boxes = [one.box for one in wholes]
-        left = [Subject(function, one.box, one.rounding) for one in wholes]  # pivots are others than in the whole model
-        subjects = left if reduction.left_out else wholes
-        certificates = tuple(_total(certificate_of(one, asked.whole.name), reduction) for one in subjects)
+        boxes = [each.box for each in wholes]
+        subjects = wholes
+        if one.subject:
+            subjects = [replace(one.subject, function=function, rounding=rounding) for rounding in roundings]
+        elif reduction.left_out:
+            subjects = [Subject(function, each.box, each.rounding) for each in wholes]  # pivots are others
+        certificates = tuple(_total(certificate_of(each, asked.whole.name), reduction) for each in subjects)
         terms = within.keep is Keep.TERMS and bool(reduction.left_out)
         lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if terms else None
-        found.append(ReducedModel(function.name, within, reduction, certificates, lost))
+        found.append(ReducedModel(function.name, within, reduction, certificates, lost, bool(one.subject)))
         _refuse_rounding(found[-1], reduced.whole)
     return found
 
@@ -221,7 +276,13 @@ def _refuse_rounding(one: ReducedModel, machine: Machine) -> None:
 
 
 def _without_parameters(
-    machine: DescribedMachine, scene: Scene, trace: Trace, asked: Traced, roundings: Sequence[Rounding]
+    machine: DescribedMachine,
+    scene: Scene,
+    trace: Trace,
+    asked: Traced,
+    roundings: Sequence[Rounding],
+    announce: Announce,
+    progress: Progress,
 ) -> tuple[Traced, list[ReducedModel]]:
     """The models of the machine with those parameters zero that its tolerance allows."""
     if len(asked.models) != 1:
@@ -235,7 +296,7 @@ def _without_parameters(
     }
     inertia = trace(freed, replace(scene, models=("inertia_matrix",), outputs={}, fold=()))
     whole = subject_of(free, _physical(machine), machine.limits, function, roundings[0])
-    bound = ReducedErrors(whole) if scene.within.guaranteed is Guaranteed.PROVEN else None
+    bound = ReducedErrors(whole, progress) if scene.within.guaranteed is Guaranteed.PROVEN else None
     try:
         reduction = without_parameters(
             function.program,
@@ -247,14 +308,17 @@ def _without_parameters(
             positions=POSITIONS,
             confident=bound is None,
             bound=bound,
+            watched=announce,
         )
+    except KeyboardInterrupt:
+        raise machine.error("scene, within", ENDED) from None
     except ValueError as error:
         raise machine.error("scene, within", str(error)) from None
     zero = {one.term for one in reduction.left_out}
     parameters = tuple(replace(p, value=ZERO) if p.name in zero else p for p in freed.parameters)
     reduced = trace(replace(freed, parameters=parameters), scene)
     counted = replace(reduction, program=asked.models[0].program, reduced=reduced.models[0].program)
-    return reduced, _reports(asked, reduced, [counted], scene.within, machine, roundings)
+    return reduced, _reports(asked, reduced, [_Made(reduced.models[0], counted)], scene.within, machine, roundings)
 
 
 def certificates_of(found: Sequence[ReducedModel], machine: str) -> Certificates:
@@ -263,15 +327,21 @@ def certificates_of(found: Sequence[ReducedModel], machine: str) -> Certificates
 
 
 def said(one: ReducedModel) -> str:
-    """What is left out of a model, in a sentence."""
+    """What is left out of a model, and how, in sentences."""
+    reduction, changes = one.reduction, len(one.reduction.left_out)
     kept = "whole parameters" if one.within.keep is Keep.PARAMETERS else "terms"
-    changes = len(one.reduction.left_out)
-    left_out = f"{one.headline}; {changes} {kept if changes != 1 else kept.removesuffix('s')} left out. "
-    errors = "Errors are those from the whole model, rounding among them."
-    if one.lost is None:
-        return left_out + errors
-    structure = (
-        f" The inertia matrix is asymmetric by {one.lost.asymmetry:.1g} of its largest entry, and up to "
-        f"{one.lost.power:.2g} of {one.lost.largest_power:.2g} W are made from nothing, at {STATES} drawn states."
-    )
-    return left_out + errors + structure
+    of = " of its inverse model, which is solved exactly" if one.solved else ""
+    sentences = [
+        f"{one.headline}; {changes} {kept if changes != 1 else kept.removesuffix('s')} left out{of}.",
+        "Errors are those from the whole model, rounding among them.",
+    ]
+    if not changes and reduction.unproven:
+        sentences.append(f"It stays whole: {reduction.unproven}.")
+    if reduction.ended:
+        sentences.append("The search was ended by hand.")
+    if one.lost is not None:
+        sentences.append(
+            f"The inertia matrix is asymmetric by {one.lost.asymmetry:.1g} of its largest entry, and up to "
+            f"{one.lost.power:.2g} of {one.lost.largest_power:.2g} W are made from nothing, at {STATES} drawn states."
+        )
+    return " ".join(sentences)

@@ -18,7 +18,7 @@ from symoro_elastic.models.model import Joints, Result
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors
 from symoro_elastic.models.rules import held_rules
 from symoro_elastic.models.tracing import prune
-from symoro_elastic.symbolic.expression import Operand, reachable
+from symoro_elastic.symbolic.expression import Operand, operand, reachable
 from symoro_elastic.symbolic.program import Input, Names, Output, Program, Pruned, build, schedule
 
 DIRECT = "direct_dynamics"
@@ -66,7 +66,7 @@ class InertiaForm:
         known: Mapping[int, Operand] = dict(zip(self.joints, right, strict=True))
         qdd = solution(factors, known)
         name_factors(names, factors, known, qdd)
-        return build(self.program.inputs, [Output("qdd", (len(asked),), tuple(qdd[j] for j in asked))], names)
+        return build(self.program.inputs, [Output("qdd", (len(asked),), tuple(operand(qdd[j]) for j in asked))], names)
 
 
 def has_inertia_form(machine: Machine) -> bool:

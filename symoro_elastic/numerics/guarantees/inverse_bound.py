@@ -58,8 +58,8 @@ def allowed_right_sides(A: Interval, most: Array) -> Array:
     if not np.isfinite(unit).all():
         return np.zeros(len(most))
     share = most / unit.sum(axis=1)
-    scale: float = (most / largest_solutions(A, share).max(axis=1)).min()
-    return share * scale * (1 - SLACK)
+    found: Array = share * float((most / largest_solutions(A, share).max(axis=1)).min()) * (1 - SLACK)
+    return found
 
 
 def _largest(low: Array, high: Array, e: Array) -> Array:
@@ -78,7 +78,7 @@ def _near_inverses(middle: Array) -> list[Array]:
     diagonal = np.diag(middle)
     found = [np.diag(1 / diagonal)] if (diagonal > 0).all() else []
     try:
-        return [*found, np.linalg.inv(middle)]
+        return [*found, np.array(np.linalg.inv(middle), dtype=float)]
     except np.linalg.LinAlgError:
         return found
 

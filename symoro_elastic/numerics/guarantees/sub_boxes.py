@@ -48,8 +48,8 @@ def cut(
 ) -> Parts:
     """At most so many sub-boxes of a box, cut each time in the middle of the variable that makes bounds smallest.
 
-    `bounds` gives the bound of each result (results, sub-boxes); of a box in parts the largest counts. It ends where a cut
-    gains less than `least_gain`.
+    `bounds` gives the bound of each result (results, sub-boxes); of a box in parts the largest counts. It ends
+    where a cut gains less than `least_gain`.
     """
     if not names:
         return whole

@@ -1,4 +1,4 @@
-"""Direct models within a tolerance, proven: terms are left out of A and the right side, A qdd = right is solved exactly.
+"""Direct models within a tolerance, proven: terms are left out of A and the right side; A qdd = right stays exact.
 
     1. Ranges of A and of the right side over the box, and from these the range Q of all accelerations.
     2. The residual A qdd - right may be wrong by as much as the tolerances of the accelerations allow (lemma 7).
@@ -6,12 +6,12 @@
        `reduction` does it: what is proven of an inverse model is proven by polynomials.
     4. From the errors that are proven of it follow those of the accelerations, and how small pivots may be.
 
-Entries of A stand once, so it stays symmetric; and no matrix in its new range is singular, so it stays positive definite.
+Entries of A stand once, so it stays symmetric; no matrix in its new range is singular, so it stays positive definite.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -19,16 +19,18 @@ from functools import partial
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Announce
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.within import Tolerance
 from symoro_elastic.models.inertia_form import InertiaForm
 from symoro_elastic.models.model import Joints
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
+from symoro_elastic.numerics.guarantees.certificate import Knowledge
 from symoro_elastic.numerics.guarantees.grid import largest
 from symoro_elastic.numerics.guarantees.intervals import Interval, interval
 from symoro_elastic.numerics.guarantees.inverse_bound import allowed_right_sides, largest_solutions, widened
-from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Known, running_errors
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
 from symoro_elastic.numerics.within.rebuild import with_values
 from symoro_elastic.numerics.within.reduction import reduce_program
@@ -78,7 +80,7 @@ class Residual:
 def residual_of(form: InertiaForm, box: Box, most: Array) -> Residual | None:
     """Return the residual of a direct model whose accelerations may be wrong by at most `most`; None without a proof.
 
-    `box` is that of the direct model; `most` (joints,) is positive.
+    `box` is that of the direct model; `most` (joints,) is infinite for what is not asked for.
     """
     entries, right = (output.entries for output in form.program.outputs)
     A = _matrix(form, entries, box)
@@ -86,6 +88,7 @@ def residual_of(form: InertiaForm, box: Box, most: Array) -> Residual | None:
     if not np.isfinite(reach).all():
         return None
     reach = np.maximum(reach, np.finfo(float).tiny)
+    most = np.minimum(most, reach)
     allowed = allowed_right_sides(A, most)
     allowed = allowed_right_sides(widened(A, allowed[:, None] / reach), most)
     if not (allowed > 0).all():
@@ -102,22 +105,24 @@ class SolvedExactly:
     reduction: Reduction
     pivots: Mapping[str, float]
 
-    def known(self, program: Program) -> Known:
-        """The pivots of its program as `running_errors` take them."""
-        found = {}
+    def knowledge(self) -> Knowledge:
+        """What is known of the pivots of its program, in any sub-boxes."""
+        known: dict[int, Callable[[Interval], Interval]] = {}
         for name, least in self.pivots.items():
-            x = program.quantities.get(name)
+            x = self.reduction.reduced.quantities.get(name)
             if isinstance(x, Expression):
-                interval = Interval(np.array(least), np.array(np.inf))
-                found[x.positive.id] = partial(_met, -interval if x.operation == NEGATE else interval)
-        return found
+                above = Interval(np.array(least), np.array(np.inf))
+                known[x.positive.id] = partial(_met, -above if x.operation == NEGATE else above)
+        return lambda parts: known
 
 
 def _met(known: Interval, found: Interval) -> Interval:
     return found.meeting(known)
 
 
-def solved_exactly(task: Task, asked: Joints, residual: Residual, bound: ErrorBound, states: int) -> SolvedExactly:
+def solved_exactly(
+    task: Task, asked: Joints, residual: Residual, bound: ErrorBound, states: int, watched: Announce
+) -> SolvedExactly:
     """Return the direct model of a task with as few terms of A and of the right side as its tolerances allow.
 
     `asked` are the joints of its results, `bound` proves errors of the residual. Where nothing can be left out, or
@@ -134,9 +139,11 @@ def solved_exactly(task: Task, asked: Joints, residual: Residual, bound: ErrorBo
         states=states,
         bound=bound,
         changing=residual.parts,
+        watched=watched,
     )
     if not found.left_out:
-        return SolvedExactly(task.unchanged().reduction(states), {})
+        whole = replace(task.unchanged().reduction(states), unproven=found.unproven)
+        return SolvedExactly(whole, {})
     errors = np.array([one.bounded or 0.0 for one in found.errors])
     A = residual.matrices(errors)
     accelerations = dict(zip(form.joints, largest_solutions(A, errors).max(axis=1), strict=True))
@@ -146,6 +153,7 @@ def solved_exactly(task: Task, asked: Joints, residual: Residual, bound: ErrorBo
         reduced=reduced,
         outputs=reduced.outputs,
         left_out=found.left_out,
+        ended=found.ended,
         errors=tuple(_errors(task, reduced, [float(accelerations[j]) for j in asked], states)),
     )
     return SolvedExactly(reduction, _pivots(form, A))

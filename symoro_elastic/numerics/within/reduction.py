@@ -15,22 +15,26 @@ it proves. States at rest are in the sample with limits of nearly zero for resul
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.numerics.within.inertia import HasInertia
 from symoro_elastic.numerics.within.results import ErrorBound, Reduction, Tolerances
 from symoro_elastic.numerics.within.states import Box, Point, joined
-from symoro_elastic.numerics.within.trials import UNSEEN, Task
+from symoro_elastic.numerics.within.trials import UNSEEN, Task, Trial, Worst
 from symoro_elastic.symbolic.program import Names, Program
 
 MOST_SEARCHES, WITH_STATES = 20, 5
 """After so many searches limits are lowered, too, where errors at other states are too large."""
-MOST_UNPROVEN = 3
-"""Searches of which nothing is proven, each with less left out than the one before: then the program stays whole."""
-SLACK, LEAST_FACTOR = 0.98, 0.4
+MOST_UNPROVEN, FAR = 3, 10.0
+"""Searches with a bound so many times above a tolerance, each with less left out: then the program stays whole."""
+SLACK, LEAST_FACTOR, LEAST_OF_FAR = 0.98, 0.4, 0.03
 """What a limit is lowered to, of what would do if errors were proportional to it; at least by this factor."""
+MOST_IMPROVED, LEFT_OVER = 2, 0.9
+"""Further searches with higher limits, where all errors together leave more than a tenth of each tolerance."""
 
 
 def reduce_program(
@@ -45,18 +49,23 @@ def reduce_program(
     confident: bool = True,
     bound: ErrorBound | None = None,
     changing: Collection[int] | None = None,
+    watched: Announce = announce_nothing,
+    most_unproven: int = MOST_UNPROVEN,
 ) -> Reduction:
     """Return the program with the fewest operations found whose errors are within the tolerances over the box.
 
     `program` depends on symbols of the box only: parameters are numbers. `positions` name the arguments that hold
     positions, `names` are the quantities that keep their names. With `confident` the bound on errors at `states` more
-    states is within the tolerances too, with `bound` that bound. Only nodes with numbers in `changing` change, if given. Where nothing can be left out, the program stays.
-    Raises `ValueError` for a symbol without an interval, an output without a tolerance, results that are not finite.
+    states is within the tolerances too, with `bound` that bound. Only nodes with numbers in `changing` change, if
+    given. Where nothing can be left out, the program stays, as after `most_unproven` searches that are far from a
+    proof. `watched` is called with the name of each stage. Ctrl-C ends the search with the best program so far.
+    Raises `ValueError` for a symbol without an interval, an output without a tolerance, results that are not finite;
+    `KeyboardInterrupt` where a search is ended with nothing found.
     """
     task = Task(program, box, tolerances, names or Names(), positions, seed)
     if changing is not None:
         task.only_at(changing)
-    return _reduction(task, states, confident, bound)
+    return _reduction(task, Judges(states, confident, bound, watched, most_unproven))
 
 
 def without_parameters(
@@ -72,6 +81,7 @@ def without_parameters(
     states: int = UNSEEN,
     confident: bool = True,
     bound: ErrorBound | None = None,
+    watched: Announce = announce_nothing,
 ) -> Reduction:
     """Return the program with as many parameters set to zero as the tolerances allow, as `reduce_program` does.
 
@@ -84,33 +94,95 @@ def without_parameters(
     has_inertia = HasInertia(inertia, box, seed) if inertia else None
     task = Task(program, box, tolerances, names or Names(), positions, seed)
     task.only_zeros_of(values, has_inertia)
-    return _reduction(task, states, confident, bound)
+    return _reduction(task, Judges(states, confident, bound, watched, MOST_UNPROVEN))
 
 
-def _reduction(task: Task, states: int, confident: bool, bound: ErrorBound | None) -> Reduction:
-    """Search, look for states where errors are too large, judge; again until a tolerance is nowhere exceeded."""
-    sample, limits, unproven = task.first_sample(), np.ones(len(task.allowed)), 0
+def _reduction(task: Task, judges: Judges) -> Reduction:
+    """Search, look for states where errors are too large, judge; again until a tolerance is nowhere exceeded.
+
+    What is found then is improved by higher limits. Where the user ends the search, the best one that was judged is
+    returned; raises `KeyboardInterrupt` where there is none.
+    """
+    best = Best()
+    try:
+        _search(task, judges, best)
+    except KeyboardInterrupt:
+        if best.trial is None:
+            raise
+        return replace(best.trial.reduction(judges.states), ended=True)
+    found = best.trial or task.unchanged()
+    return replace(found.reduction(judges.states), unproven="" if best.trial else best.unproven)
+
+
+def _search(task: Task, judges: Judges, best: Best) -> None:
+    """Note the best trial."""
+    sample, limits, far, improved = task.first_sample(), np.ones(len(task.allowed)), 0, 0
     for number in range(MOST_SEARCHES if task.candidates and len(limits) else 0):
+        judges.watched(f"leave out, search {number + 1}")
         trial = task.searched(sample, limits, number)
         if not trial.taken:
-            break
-        worst = trial.too_large()
-        if bound and not worst:
-            trial.apply(bound)
-            unproven += not np.isfinite(trial.judged()).all()
-        if not worst and (trial.judged() <= 1).all():
-            worst = trial.too_large_unseen(states, confident)
+            return
+        worst = judges.worst_of(trial)
         if worst:
             sample = joined([sample, *worst.states])
             limits = _lowered(limits, trial.sampled, worst.errors) if number >= WITH_STATES else limits
             continue
         errors = trial.judged()
         if (errors <= 1).all():
-            return trial.reduction(states)
-        if unproven >= MOST_UNPROVEN:
-            break
+            best.note(trial)
+            improved += 1
+            raised = _raised(limits, errors)
+            if improved > MOST_IMPROVED or (raised == limits).all():
+                return
+            limits = raised
+            continue
+        best.unproven = task.farthest(errors)
+        far += not (errors <= FAR).all()
+        if best.trial or far >= judges.most_unproven:
+            return
         limits = _lowered(limits, trial.sampled, errors)
-    return task.unchanged().reduction(states)
+
+
+@dataclass
+class Best:
+    """The best trial so far that all judges accept, and why there is none."""
+
+    trial: Trial | None = None
+    unproven: str = ""
+
+    def note(self, trial: Trial) -> None:
+        """Keep a trial that saves more than the one before."""
+        if self.trial is None or trial.cost < self.trial.cost:
+            self.trial = trial
+
+
+@dataclass(frozen=True)
+class Judges:
+    """What a trial has to stand: errors at so many unseen `states`, a bound on more of them, a bound on all states."""
+
+    states: int
+    confident: bool
+    bound: ErrorBound | None
+    watched: Announce
+    most_unproven: int
+
+    def worst_of(self, trial: Trial) -> Worst | None:
+        """Find errors of a trial; return states at which they are too large."""
+        worst = trial.too_large()
+        if worst:
+            return worst
+        if self.bound:
+            self.watched("prove")
+            trial.apply(self.bound)
+        if (trial.judged() <= 1).all():
+            return trial.too_large_unseen(self.states, self.confident)
+        return None
+
+
+def _raised(limits: Array, errors: Array) -> Array:
+    """Raise the limits of results whose errors leave a part of their tolerances."""
+    factor = np.where((errors > 0) & (errors < LEFT_OVER), SLACK / np.maximum(errors, SLACK / 2), 1.0)
+    return np.minimum(limits * factor, 1.0)
 
 
 def _lowered(limits: Array, sampled: Array, errors: Array) -> Array:
@@ -118,6 +190,7 @@ def _lowered(limits: Array, sampled: Array, errors: Array) -> Array:
 
     Errors are of the tolerances; where one is NaN, its limit is lowered by a factor.
     """
-    factor = np.maximum(SLACK / np.maximum(np.nan_to_num(errors, nan=np.inf), SLACK), LEAST_FACTOR)
+    least = np.where(errors <= FAR, LEAST_FACTOR, LEAST_OF_FAR)
+    factor = np.maximum(SLACK / np.maximum(np.nan_to_num(errors, nan=np.inf), SLACK), least)
     reached = np.where(sampled > 0, np.minimum(limits, sampled), limits)
     return np.where(errors <= 1, limits, reached * factor)

@@ -53,7 +53,8 @@ class Reduction:
     """A reduced program, what is left out of it, and its errors.
 
     `outputs` are those of the program with the new `values` of its nodes, by number, for `Names.moved`; `reduced` is
-    the program of them. `states` were drawn for `unseen` errors, with `seed`.
+    the program of them. `states` were drawn for `unseen` errors, with `seed`. `ended` tells that the user ended the
+    search, `unproven` which result is the reason that a program stays whole.
     """
 
     program: Program = field(repr=False)
@@ -64,6 +65,8 @@ class Reduction:
     errors: tuple[EntryError, ...]
     states: int
     seed: int
+    ended: bool = False
+    unproven: str = ""
 
     @property
     def before(self) -> OperationCount:

@@ -13,6 +13,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes
 from symoro_elastic.numerics.within.candidates import candidates_of
 from symoro_elastic.numerics.within.left_out import left_out_of
+from symoro_elastic.numerics.within.liveness import Liveness
 from symoro_elastic.numerics.within.rebuild import rebuilt, with_values
 from symoro_elastic.numerics.within.results import EntryError, ErrorBound, Reduction, Tolerances
 from symoro_elastic.numerics.within.search import Accepts, Sample, Search, accept_all
@@ -85,6 +86,16 @@ class Task:
             raise ValueError("a result is not finite at some states of the box: make it smaller")
         return found
 
+    def farthest(self, errors: Array) -> str:
+        """Return which result is farthest above its tolerance, and how many times."""
+        k = int(np.argmax(np.nan_to_num(errors, nan=np.inf)))
+        place = self.tape.results[k]
+        pairs = zip(self.program.outputs, self.tape.entries, strict=True)
+        name = next(f"{x.name}[{places.index(place)}]" for x, places in pairs if place in places)
+        if not np.isfinite(errors[k]):
+            return f"the error of {name} has no bound"
+        return f"what is known of the error of {name} is {errors[k]:.2g} times what is allowed"
+
     def first_sample(self) -> Array:
         """Return random states, and states at rest."""
         return joined([self._drawn(0, FIRST), self.box.at_rest(AT_REST, self._rng(2))])
@@ -135,6 +146,11 @@ class Trial:
         self.sampled = np.abs(errors).max(axis=1)
         self._found = climb(tape, box, self.changes, states, errors, weights)
         self.climbed = self._found.largest
+
+    @property
+    def cost(self) -> int:
+        """Operations of a call, as a search counts them."""
+        return Liveness(self.task.tape, self.taken).cost
 
     def too_large(self) -> Worst | None:
         """Return errors beyond the tolerances at climbed or at some unseen states."""

@@ -240,7 +240,7 @@ def test_a_given_bound_is_kept() -> None:
         return {"tau": errors[:2].tolist(), "qdd": errors[2:].tolist()}
 
     found, free = reduced(case, 0.1, bound=twice), reduced(case, 0.1)
-    assert calls and found.left_out and found.reduced is calls[-1]
+    assert found.left_out and any(found.reduced is one for one in calls)
     assert all(one.bounded is not None and one.bounded <= one.tolerance for one in found.errors)
     assert all(one.bounded is None for one in free.errors)
     assert found.after.mul + found.after.add >= free.after.mul + free.after.add
