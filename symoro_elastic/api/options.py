@@ -138,7 +138,7 @@ class Generating(RequestedModels):
     within: str | float | Mapping[str, str | float] = option(
         {}, "[NAME=]TOL", "Leave out terms while results stay within TOL of the whole model as long as joints are "
         "within their [limits]: '1%' of the largest value, or a number in the unit of the result; for all, or of a "
-        "result or joint.", kinds.TOLERANCES,
+        "result, a joint, or frequencies, the natural ones.", kinds.TOLERANCES,
     )  # fmt: skip
     keep: str = option("", "NAME", "What is left out, with --within: {names} (default: terms).", names=kept_names)
     guaranteed: str = option(

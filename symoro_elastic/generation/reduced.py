@@ -22,7 +22,7 @@ from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.scene import ALL, INERTIA, Scene
-from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Tolerance, Within
+from symoro_elastic.machine.within import ALL_RESULTS, FREQUENCIES, Guaranteed, Keep, Tolerance, Within
 from symoro_elastic.models.catalogue import TracedModel, in_form
 from symoro_elastic.models.inertia_form import DIRECT
 from symoro_elastic.models.packaging import reserved_words
@@ -32,12 +32,14 @@ from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBou
 from symoro_elastic.numerics.guarantees.certificates import Certificates, certificate_of, subject_of
 from symoro_elastic.numerics.guarantees.of_reduced import ReducedErrors
 from symoro_elastic.numerics.guarantees.running_error import Rounding
+from symoro_elastic.numerics.quantile_bound import CONFIDENCE
+from symoro_elastic.numerics.within.frequencies import POSITIONS, NaturalFrequencies
 from symoro_elastic.numerics.within.reduction import MOST_UNPROVEN, reduce_program, without_parameters
 from symoro_elastic.numerics.within.results import EntryError, Reduction
 from symoro_elastic.numerics.within.structure import STATES, LostStructure, lost_structure
 from symoro_elastic.symbolic.program import Names, Program
 
-POSITIONS = tuple(name for name, quantity in LIMITED.items() if quantity == POSITION)
+ARE_POSITIONS = tuple(name for name, quantity in LIMITED.items() if quantity == POSITION)
 FREED = ("bodies", "motors")
 """Tables whose numbers may become zero."""
 ENDED = "the search was ended before anything was found that keeps the tolerance: nothing is written"
@@ -121,7 +123,7 @@ class _Searched:
         """The program of a model without the terms that its tolerances allow to leave out; raises `InputError`."""
         whole = subject_of(self.asked, _physical(self.machine), self.machine.limits, function, self.rounding)
         is_proven = self.within.guaranteed is Guaranteed.PROVEN
-        other = is_proven and can_be_solved(self.asked, model)
+        other = is_proven and not self.within.frequencies and can_be_solved(self.asked, model)
         try:
             found = self._reduced(whole, is_proven, 1 if other else MOST_UNPROVEN)
             if other and not found.left_out and found.unproven:
@@ -140,9 +142,10 @@ class _Searched:
             whole.box.ranges,
             tolerances_of(whole.function, self.within),
             names=_names(program),
-            positions=POSITIONS,
+            positions=ARE_POSITIONS,
             confident=not is_proven,
             bound=ReducedErrors(whole, self.progress) if is_proven else None,
+            frequencies=_frequencies(self.asked, self.within),
             watched=self.announce,
             most_unproven=most_unproven,
         )
@@ -151,7 +154,7 @@ class _Searched:
         """Terms left out of the inverse model, which is solved exactly; None where nothing is proven of that, too."""
         tolerances = tolerances_of(whole.function, self.within)
         found = solved_direct(
-            self.asked, model, whole, self.machine.limits, tolerances, POSITIONS, self.announce, self.progress
+            self.asked, model, whole, self.machine.limits, tolerances, ARE_POSITIONS, self.announce, self.progress
         )
         if not found or not found[0].reduction.left_out:
             return None
@@ -171,11 +174,21 @@ def _refuse(machine: Machine, scene: Scene) -> None:
 def _refuse_unknown(asked: Traced, within: Within, machine: Machine) -> None:
     """Raise `InputError` for a tolerance of what is neither a result nor a joint."""
     results = [result.name for function in asked.package.functions for result in function.results]
-    known = [*dict.fromkeys(results), *(joint.name for joint in machine.joints)]
+    known = [*dict.fromkeys(results), *(joint.name for joint in machine.joints), FREQUENCIES]
     for name in within.tolerances:
         if name != ALL_RESULTS and name not in known:
             what = f"there is no result or joint {quote(name)}{did_you_mean(name, known)}"
             raise machine.error("scene, within", what)
+    if {*within.tolerances} == {FREQUENCIES}:
+        what = (
+            'frequencies limit what results allow: give these a tolerance, too, as in { qdd = "1 %", frequencies = 2 }'
+        )
+        raise machine.error(f"scene, within, {FREQUENCIES}", what)
+
+
+def _frequencies(asked: Traced, within: Within) -> NaturalFrequencies | None:
+    """What is asked of natural frequencies."""
+    return NaturalFrequencies(within.frequencies, asked.machine.motor_entries) if within.frequencies else None
 
 
 def _physical(machine: DescribedMachine) -> Machine:
@@ -305,9 +318,10 @@ def _without_parameters(
             {name: x for name, x in values.items() if x},
             inertia=inertia.package.functions[0].program,
             names=_names(function.program),
-            positions=POSITIONS,
+            positions=ARE_POSITIONS,
             confident=bound is None,
             bound=bound,
+            frequencies=_frequencies(free, scene.within),
             watched=announce,
         )
     except KeyboardInterrupt:
@@ -337,6 +351,14 @@ def said(one: ReducedModel) -> str:
     ]
     if not changes and reduction.unproven:
         sentences.append(f"It stays whole: {reduction.unproven}.")
+    if reduction.shift is not None and one.within.frequencies:
+        allowed = one.within.frequencies
+        most = allowed.value * reduction.shift
+        shift = f"{100 * most:.2g} %" if allowed.relative else f"{most:.2g} Hz"
+        sentences.append(
+            f"Natural frequencies shift by at most {shift} at {POSITIONS} drawn positions, and with {CONFIDENCE:.0%} "
+            "confidence at as many more."
+        )
     if reduction.ended:
         sentences.append("The search was ended by hand.")
     if one.lost is not None:

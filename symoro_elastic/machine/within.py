@@ -11,6 +11,8 @@ from symoro_elastic.machine.formula import FormulaError, number
 PERCENT = "%"
 ALL_RESULTS = ""
 """Stands for all results that have no tolerance of their own."""
+FREQUENCIES = "frequencies"
+"""Stands for the natural frequencies, motors held and free; relative to each, or in Hz."""
 
 
 class Keep(StrEnum):
@@ -40,7 +42,10 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Within:
-    """Tolerances by the name of a result ("tau") or of a joint, `ALL_RESULTS` for all others; what is kept, and how."""
+    """Tolerances by the name of a result ("tau") or of a joint, `ALL_RESULTS` for all others; what is kept, and how.
+
+    `FREQUENCIES` have a tolerance of their own, beside that of results.
+    """
 
     tolerances: Mapping[str, Tolerance] = field(default_factory=dict)
     keep: Keep = Keep.TERMS
@@ -49,6 +54,11 @@ class Within:
     def __bool__(self) -> bool:
         """Whether anything may be left out."""
         return bool(self.tolerances)
+
+    @property
+    def frequencies(self) -> Tolerance | None:
+        """The tolerance of natural frequencies."""
+        return self.tolerances.get(FREQUENCIES)
 
     def of(self, result: str, joint: str) -> Tolerance | None:
         """The tolerance of an entry of a result: that of the joint it belongs to, of the result, or of all."""

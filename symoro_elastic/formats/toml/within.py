@@ -40,8 +40,9 @@ TOLERANCES = Type(
 WITHIN = Key(
     *("within", TOLERANCES),
     "how far results may be from those of the whole model while joints are within their limits, of the largest value "
-    "or in the unit of the result, for all or by result or joint; terms are left out until only so much is kept",
-    '{ tau = "1 %", motor_y = 0.5 }',
+    "or in the unit of the result, for all or by result or joint; terms are left out until only so much is kept; "
+    "frequencies are the natural ones, with a tolerance of each or in Hz",
+    '{ tau = "1 %", motor_y = 0.5, frequencies = "0.5 %" }',
     default={},
     otherwise="exact",
 )

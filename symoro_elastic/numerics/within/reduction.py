@@ -21,6 +21,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Announce, announce_nothing
+from symoro_elastic.numerics.within.frequencies import NaturalFrequencies
 from symoro_elastic.numerics.within.inertia import HasInertia
 from symoro_elastic.numerics.within.results import ErrorBound, Reduction, Tolerances
 from symoro_elastic.numerics.within.states import Box, Point, joined
@@ -49,6 +50,7 @@ def reduce_program(
     confident: bool = True,
     bound: ErrorBound | None = None,
     changing: Collection[int] | None = None,
+    frequencies: NaturalFrequencies | None = None,
     watched: Announce = announce_nothing,
     most_unproven: int = MOST_UNPROVEN,
 ) -> Reduction:
@@ -56,15 +58,17 @@ def reduce_program(
 
     `program` depends on symbols of the box only: parameters are numbers. `positions` name the arguments that hold
     positions, `names` are the quantities that keep their names. With `confident` the bound on errors at `states` more
-    states is within the tolerances too, with `bound` that bound. Only nodes with numbers in `changing` change, if
-    given. Where nothing can be left out, the program stays, as after `most_unproven` searches that are far from a
-    proof. `watched` is called with the name of each stage. Ctrl-C ends the search with the best program so far.
-    Raises `ValueError` for a symbol without an interval, an output without a tolerance, results that are not finite;
-    `KeyboardInterrupt` where a search is ended with nothing found.
+    states is within the tolerances too, with `bound` that bound. `frequencies` have a tolerance of their own. Only
+    nodes with numbers in `changing` change, if given. Where nothing can be left out, the program stays, as after
+    `most_unproven` searches that are far from a proof. `watched` is called with the name of each stage. Ctrl-C ends the
+    search with the best program so far. Raises `ValueError` for a symbol without an interval, an output without a
+    tolerance, results that are not finite; `KeyboardInterrupt` where a search is ended with nothing found.
     """
     task = Task(program, box, tolerances, names or Names(), positions, seed)
     if changing is not None:
         task.only_at(changing)
+    if frequencies:
+        task.keep_frequencies(frequencies)
     return _reduction(task, Judges(states, confident, bound, watched, most_unproven))
 
 
@@ -81,6 +85,7 @@ def without_parameters(
     states: int = UNSEEN,
     confident: bool = True,
     bound: ErrorBound | None = None,
+    frequencies: NaturalFrequencies | None = None,
     watched: Announce = announce_nothing,
 ) -> Reduction:
     """Return the program with as many parameters set to zero as the tolerances allow, as `reduce_program` does.
@@ -94,6 +99,8 @@ def without_parameters(
     has_inertia = HasInertia(inertia, box, seed) if inertia else None
     task = Task(program, box, tolerances, names or Names(), positions, seed)
     task.only_zeros_of(values, has_inertia)
+    if frequencies:
+        task.keep_frequencies(frequencies)
     return _reduction(task, Judges(states, confident, bound, watched, MOST_UNPROVEN))
 
 
@@ -128,6 +135,8 @@ def _search(task: Task, judges: Judges, best: Best) -> None:
             limits = _lowered(limits, trial.sampled, worst.errors) if number >= WITH_STATES else limits
             continue
         errors = trial.judged()
+        if (errors <= 1).all() and not trial.keeps_frequencies():
+            continue
         if (errors <= 1).all():
             best.note(trial)
             improved += 1

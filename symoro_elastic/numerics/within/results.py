@@ -54,7 +54,8 @@ class Reduction:
 
     `outputs` are those of the program with the new `values` of its nodes, by number, for `Names.moved`; `reduced` is
     the program of them. `states` were drawn for `unseen` errors, with `seed`. `ended` tells that the user ended the
-    search, `unproven` which result is the reason that a program stays whole.
+    search, `unproven` which result is the reason that a program stays whole. `shift` bounds shifts of
+    natural frequencies, of their tolerance, where they have one.
     """
 
     program: Program = field(repr=False)
@@ -67,6 +68,7 @@ class Reduction:
     seed: int
     ended: bool = False
     unproven: str = ""
+    shift: float | None = None
 
     @property
     def before(self) -> OperationCount:

@@ -12,6 +12,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes
 from symoro_elastic.numerics.within.candidates import candidates_of
+from symoro_elastic.numerics.within.frequencies import FrequencyShifts, NaturalFrequencies
 from symoro_elastic.numerics.within.left_out import left_out_of
 from symoro_elastic.numerics.within.liveness import Liveness
 from symoro_elastic.numerics.within.rebuild import rebuilt, with_values
@@ -61,6 +62,7 @@ class Task:
         self.judging = 1 / np.maximum(np.maximum(self.allowed, ROUNDING * self.largest), SMALLEST)
         self.candidates = candidates_of(self.tape, self.tape.rows(self._drawn(0, FIRST)))
         self._accepts: Accepts = accept_all
+        self.shifts: FrequencyShifts | None = None
 
     def only_zeros_of(self, parameters: Collection[str], possible: Callable[[Collection[str]], bool] | None) -> None:
         """Let nothing change but parameters to zero; `possible` tells which may be zero together."""
@@ -68,6 +70,13 @@ class Task:
         self.candidates = [Change(Kind.FREEZE, place, constant=0.0) for place in places]
         if possible:
             self._accepts = lambda taken: possible({places[change.place] for change in taken})
+
+    def keep_frequencies(self, asked: NaturalFrequencies) -> None:
+        """Let natural frequencies be shifted by no more than their tolerance."""
+        self.shifts = FrequencyShifts(asked, self.program, self.tape, self.box, self.seed)
+
+    def _accept(self, taken: Sequence[Change]) -> bool:
+        return self._accepts(taken) and (self.shifts is None or self.shifts.keeps(taken))
 
     def only_at(self, nodes: Collection[int]) -> None:
         """Let nothing change but nodes with these numbers."""
@@ -113,7 +122,7 @@ class Task:
 
     def searched(self, states: Array, limits: Array, number: int) -> Trial:
         """Return what a search finds at these states."""
-        taken = Search(self.tape, self.candidates, self.sample(states, limits), self._accepts).run()
+        taken = Search(self.tape, self.candidates, self.sample(states, limits), self._accept).run()
         return Trial(self, taken, states, number)
 
     def unchanged(self) -> Trial:
@@ -135,6 +144,7 @@ class Trial:
         self.sampled = self.climbed = self.unseen = np.zeros(len(task.allowed))
         self.confident: Array | None = None
         self.bounded: Array | None = None
+        self.shift: float | None = None
         if taken:
             self._compare(states)
 
@@ -146,6 +156,13 @@ class Trial:
         self.sampled = np.abs(errors).max(axis=1)
         self._found = climb(tape, box, self.changes, states, errors, weights)
         self.climbed = self._found.largest
+
+    def keeps_frequencies(self) -> bool:
+        """Whether natural frequencies are within their tolerance; where not, the next search looks there, too."""
+        if self.task.shifts is None:
+            return True
+        self.shift = self.task.shifts.judged(self.taken, self._number)
+        return self.shift <= 1
 
     @property
     def cost(self) -> int:
@@ -203,7 +220,9 @@ class Trial:
         task = self.task
         left_out = left_out_of(task.program, task.tape, self.taken)
         errors = tuple(self._entry_errors())
-        return Reduction(task.program, self.reduced, self.outputs, self.values, left_out, errors, states, task.seed)
+        return Reduction(
+            task.program, self.reduced, self.outputs, self.values, left_out, errors, states, task.seed, shift=self.shift
+        )
 
     def _entry_errors(self) -> Iterator[EntryError]:
         task = self.task

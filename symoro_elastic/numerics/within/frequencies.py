@@ -1,0 +1,251 @@
+"""Natural frequencies of a model with changes: how far they are from those of the whole one, at positions of the box.
+
+Where a direct model gives qdd(q, 0, tau), the machine at rest moves after d qdd = J dq + B dtau. With torques that hold
+the motors m still, which the other joints p do not feel,
+
+    d qdd_p = (J_pp - B_p B_m^-1 J_mp) dq_p = -S dq_p,
+
+and the eigenvalues of S are omega^2 with motors held; those of -J with free motors, of which as many count, the largest
+ones: the rest is rigid, or swings by gravity alone (below the lowest held one, as held motors raise frequencies). An
+inverse model has S = -d qdd_p / dq_p only. Derivatives are adjoints: exact. They are taken at the equilibrium of the
+whole model for drawn positions of the motors: the other joints, and the torques of the motors, are as balance requires.
+
+A change shifts a frequency from omega to the root of an eigenvalue, which is complex where the motion grows or decays,
+and zero where it does not swing any more: the distance of both is the shift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray
+from symoro_elastic.machine.within import Tolerance
+from symoro_elastic.numerics.quantile_bound import bound_of_more
+from symoro_elastic.numerics.within.effects import Adjoints, Sweep
+from symoro_elastic.numerics.within.states import Bounds, joined
+from symoro_elastic.numerics.within.tape import NO_CHANGES, Change, Changes, Tape
+from symoro_elastic.symbolic.program import Program
+
+POSITIONS, WATCHED, JOINING = 1000, 8, 8
+"""Positions at which a reduced program is judged; at which a search looks; how many of the worst join these."""
+BLOCK = 250
+SLACK, LEAST = 0.98, 0.5
+"""What the room of a search is lowered to, of what would do; at least by this factor."""
+STEPS, CLOSE = 8, 1e-6
+"""Of Newton's method; accelerations that are left at an equilibrium, of the first ones."""
+SMALLEST = 1e-300
+STILL = 1e-9
+"""Of the largest eigenvalue: a motion without stiffness."""
+LOST = 0.999
+"""Of a frequency: so large a shift is the loss of a mode, whatever is allowed."""
+
+
+@dataclass(frozen=True)
+class NaturalFrequencies:
+    """What is asked of natural frequencies: their tolerance; `motors` are the indices of the motors in q."""
+
+    tolerance: Tolerance
+    motors: tuple[int, ...]
+
+
+class FrequencyShifts:
+    """Shifts of natural frequencies that changes of a program make, of their tolerance.
+
+    Raises `ValueError` for a program that is no direct or inverse model of all joints.
+    """
+
+    def __init__(self, asked: NaturalFrequencies, program: Program, tape: Tape, box: Bounds, seed: int) -> None:
+        self._asked, self._tape, self._box, self._seed = asked, tape, box, seed
+        self._places = _Places.of(program, tape, asked.motors)
+        self._watched = self._exact(self._drawn(WATCHED, 0))
+        self._limit = 1.0
+
+    def keeps(self, taken: Sequence[Change]) -> bool:
+        """Whether all shifts are within the tolerance at the positions that are watched."""
+        return bool((self._shifts(self._watched, Changes.of(taken)) <= self._limit).all())
+
+    def judged(self, taken: Sequence[Change], number: int) -> float:
+        """Return a bound on the shifts at many positions, and at as many more.
+
+        Where it is too large, the worst positions are watched from then on, with less room.
+        """
+        at = self._exact(self._drawn(POSITIONS, number + 1))
+        shifts = self._shifts(at, Changes.of(taken))
+        worst = np.argsort(-shifts)[:JOINING]
+        if not (most := float(shifts.max(initial=0.0))):
+            return 0.0
+        bound = max(most, bound_of_more(np.maximum(shifts, SMALLEST), POSITIONS))
+        if not bound <= 1:
+            self._watched = self._watched.joined(at.at(worst))
+            self._limit *= max(SLACK * most / bound, SLACK / most if most > 1 else 0.0, LEAST)
+        return bound
+
+    def _drawn(self, count: int, number: int) -> Array:
+        """States at rest, at random positions."""
+        states = self._box.at_rest(count + 1, np.random.default_rng([self._seed, 9, number]))
+        return states[:, 1:]
+
+    def _exact(self, states: Array) -> _Watched:
+        """The equilibria nearest to states, and the frequencies there."""
+        states = self._balanced(states)
+        return _Watched(states, self._roots(states, NO_CHANGES))
+
+    def _shifts(self, at: _Watched, changes: Changes) -> Array:
+        """The largest shift at each position, of its tolerance."""
+        found = self._roots(at.states, changes)
+        omega = at.roots.real
+        distance = np.abs(found - at.roots)
+        tolerance = self._asked.tolerance
+        allowed = tolerance.value * (omega if tolerance.relative else 2 * np.pi)
+        with np.errstate(all="ignore"):
+            shifts = np.where(distance < LOST * omega, distance / allowed, np.inf)
+        worst: Array = np.where(omega > 0, shifts, 0.0).max(axis=1, initial=0.0)
+        return worst
+
+    def _roots(self, states: Array, changes: Changes) -> AnyArray:
+        """Roots of the eigenvalues (states, modes), with motors held, then with free ones."""
+        parts = [states[:, k : k + BLOCK] for k in range(0, states.shape[1], BLOCK)]
+        return np.concatenate([self._roots_of_block(part, changes) for part in parts])
+
+    def _roots_of_block(self, states: Array, changes: Changes) -> AnyArray:
+        _, J, B = self._linear(states, changes)
+        with np.errstate(all="ignore"):
+            return np.concatenate([_roots_of(S)[:, : self._places.modes] for S in self._places.stiffness(J, B)], axis=1)
+
+    def _linear(self, states: Array, changes: Changes) -> tuple[Array, Array, Array]:
+        """Accelerations (states, n), and their derivatives J (states, n, n) and B (states, n, motors)."""
+        tape, count = self._tape, states.shape[1]
+        rows = tape.rows_in(np.empty((tape.count, count)))
+        tape.fill(rows, tape.steps(changes), states)
+        size = len(tape.results)
+        seeds = np.broadcast_to(np.eye(size)[:, :, None], (size, size, count))
+        adjoints = Sweep(tape, size, count).adjoints(rows, seeds, changes)
+        return self._places.picked(tape.values(rows), adjoints)
+
+    def _balanced(self, states: Array) -> Array:
+        """The states moved to the nearest equilibrium by Newton's method; where that finds none, as they are."""
+        moved = states.copy()
+        qdd, J, B = self._linear(moved, NO_CHANGES)
+        first = np.maximum(np.abs(qdd).max(axis=1), SMALLEST)
+        for _ in range(STEPS):
+            moved[self._places.sought] -= self._places.newton(qdd, J, B).T
+            qdd, J, B = self._linear(moved, NO_CHANGES)
+        reached = np.abs(qdd).max(axis=1) <= CLOSE * first
+        return np.where(reached, moved, states)
+
+
+@dataclass(frozen=True)
+class _Watched:
+    """States (symbols, states), and the roots of the eigenvalues of the whole model there (states, modes)."""
+
+    states: Array
+    roots: AnyArray
+
+    def at(self, chosen: AnyArray) -> _Watched:
+        """Some of the states."""
+        return _Watched(self.states[:, chosen], self.roots[chosen])
+
+    def joined(self, other: _Watched) -> _Watched:
+        """These states and others."""
+        return _Watched(joined([self.states, other.states]), np.concatenate([self.roots, other.roots]))
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where accelerations, positions and torques are found: numbers of results, and of symbols in their order.
+
+    A position that nothing depends on is -1. `passive` and `motors` are numbers of accelerations; inverse models have
+    none of motors, and no torques.
+    """
+
+    accelerations: tuple[int, ...]
+    positions: tuple[int, ...]
+    torques: tuple[int, ...]
+    passive: tuple[int, ...]
+    motors: tuple[int, ...]
+    symbols: tuple[int, ...]
+
+    @classmethod
+    def of(cls, program: Program, tape: Tape, motors: Sequence[int]) -> _Places:
+        """Raise `ValueError` for a program without accelerations of all joints, or without joints that swing."""
+        inputs = {argument.name: argument.symbols for argument in program.inputs}
+        outputs = {x.name: places for x, places in zip(program.outputs, tape.entries, strict=True)}
+        if "qdd" not in outputs or len(outputs["qdd"]) != len(inputs.get("q", ())):
+            raise ValueError("natural frequencies are those of direct_dynamics and inverse_dynamics with all joints")
+        order = {name: number for number, name in enumerate(tape.symbols)}
+        passive = [k for k in range(len(inputs["q"])) if k not in motors]
+        if not passive or any(inputs["q"][k] not in order for k in passive):
+            raise ValueError("natural frequencies need joints that swing where the motors are held")
+        is_direct = "tau" in inputs
+        kept = sorted([*passive, *motors]) if is_direct else passive
+        if any(outputs["qdd"][k] not in tape.results for k in kept):
+            raise ValueError("natural frequencies need accelerations that depend on the state")
+        return cls(
+            tuple(tape.results.index(outputs["qdd"][k]) for k in kept),
+            tuple(order.get(inputs["q"][k], -1) for k in kept),
+            tuple(order[name] for name in inputs["tau"] if name in order) if is_direct else (),
+            tuple(kept.index(k) for k in passive),
+            tuple(kept.index(k) for k in motors) if is_direct else (),
+            tuple(tape.symbols.values()),
+        )
+
+    @property
+    def modes(self) -> int:
+        """How many frequencies count, with motors held and with free ones."""
+        return len(self.passive)
+
+    @property
+    def sought(self) -> list[int]:
+        """The symbols that balance decides."""
+        return [*(self.positions[k] for k in self.passive), *self.torques]
+
+    def picked(self, values: Array, adjoints: Adjoints) -> tuple[Array, Array, Array]:
+        """Accelerations (states, n), and derivatives by positions and torques (states, n, ...)."""
+
+        def by(symbols: Sequence[int]) -> Array:
+            found = [None if k < 0 else adjoints[self.symbols[k]] for k in symbols]
+            zero = np.zeros(values.shape)
+            columns = [(zero if x is None else x)[list(self.accelerations)] for x in found]
+            shape = len(columns), len(self.accelerations), values.shape[1]
+            return np.array(columns).reshape(shape).transpose(2, 1, 0)
+
+        return values[list(self.accelerations)].T, by(self.positions), by(self.torques)
+
+    def stiffness(self, J: Array, B: Array) -> list[Array]:
+        """S with motors held, and -J with free ones (states, joints, joints)."""
+        p, m = list(self.passive), list(self.motors)
+        if not m:
+            return [-J]
+        held = _solved(B[:, m], J[:, m][:, :, p])
+        return [-(J[:, p][:, :, p] - B[:, p] @ held), -J]
+
+    def newton(self, qdd: Array, J: Array, B: Array) -> Array:
+        """The step (states, sought) of Newton's method; zero where there is none."""
+        matrix = np.concatenate([J[:, :, list(self.passive)], B], axis=2)
+        scale = np.maximum(np.abs(matrix).max(axis=1, keepdims=True), SMALLEST)
+        step = _solved(matrix / scale, qdd[:, :, None])[:, :, 0] / scale[:, 0]
+        found: Array = np.where(np.isfinite(step), step, 0.0)
+        return found
+
+
+def _roots_of(S: Array) -> AnyArray:
+    """Roots of the eigenvalues (states, modes), by falling real part; those of motions that do not swing are zero."""
+    values = np.linalg.eigvals(np.where(_finite(S), S, 0.0)).astype(complex)
+    swings: BoolArray = (np.abs(values) > STILL * np.abs(values).max(axis=1, keepdims=True)) & (values.real > 0)
+    roots = np.where(swings, np.sqrt(values), 0.0)
+    return np.take_along_axis(roots, np.argsort(-roots.real, axis=1, kind="stable"), axis=1)
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Least solutions of square systems, NaN where numbers are not finite."""
+    finite = _finite(matrix) & _finite(right)
+    found = np.linalg.pinv(np.where(finite, matrix, 0.0)) @ np.where(finite, right, 0.0)
+    return np.where(finite, found, np.nan)
+
+
+def _finite(matrices: Array) -> BoolArray:
+    """Which matrices hold numbers only (states, 1, 1)."""
+    return np.array(np.isfinite(matrices).all(axis=(1, 2)))[:, None, None]
