@@ -19,7 +19,7 @@ from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain, tool_chain
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
-from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, TARGET_NAMES, TARGETS
+from symoro_elastic.codegen.targets import DEFAULT_TARGETS, FMU, SCALED_TARGETS, TARGET_NAMES, TARGETS
 from symoro_elastic.codegen.targets.c import C
 from symoro_elastic.codegen.targets.c_batch import C_BATCH
 from symoro_elastic.foundation.errors import InputError, among, placed
@@ -109,7 +109,7 @@ def reporting(report: bool, compiler: str, flags: str, targets: Sequence[str]) -
             place = "--compiler" if compiler else "--compiler-flags"
             raise InputError("symoro-elastic", place, "belongs to the report: add --report, or leave it out")
         return None
-    if not {C.name, C_BATCH.name} & {*targets}:
+    if not {C.name, C_BATCH.name, *SCALED_TARGETS} & {*targets}:
         raise InputError("symoro-elastic", "--report", "concerns the C code: add --target c")
     try:
         return tool_chain(compiler, flags)

@@ -13,7 +13,7 @@ DOUBLE_DOUBLE_TYPE = "dd"
 class Precision:
     """`state` is the type of a function's arrays, `real` that of its arithmetic, `angle` that of sines and cosines.
 
-    `bits` is the length of its significand.
+    `bits` is the length of its significand; `short` is its name in names of files and functions, where that is another.
     """
 
     name: str
@@ -24,11 +24,12 @@ class Precision:
     bits: int
     literal_suffix: str = ""
     functions: Mapping[str, str] = field(default_factory=dict)
+    short: str = ""
 
     @property
     def suffix(self) -> str:
         """What the names of files and functions end with."""
-        return "" if self is DOUBLE else "_" + self.name.replace("-", "_")
+        return "" if self is DOUBLE else "_" + (self.short or self.name.replace("-", "_"))
 
     def function(self, package: str, model: str) -> str:
         """The name in C of a model of a package."""

@@ -173,18 +173,20 @@ def generate(
     """
     texts = [name for name in targets if name in TARGETS]
     scaled = [name for name in targets if name in SCALED_TARGETS]
-    if scene.within and (FMU in targets or scaled):
-        what = "an FMU has models of its own, which are whole" if FMU in targets else f"{scaled[0]} has whole models"
-        raise machine.error("scene, within", f"{what}: leave out the target, or within")
+    if scene.within and FMU in targets:
+        what = "an FMU has models of its own, which are whole: leave out the target, or within"
+        raise machine.error("scene, within", what)
     scene, form = in_form(machine if texts or scaled else _of_unit(machine), scene, announce)
     made = [_code(machine, scene, texts, announce, precisions, tools, certify, progress)] if texts else []
-    made += [_scaled(machine, scene, name, announce) for name in scaled]
+    made += [_scaled(machine, scene, name, announce, tools, progress) for name in scaled]
     if FMU in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
     announce("write")
     written = write_files(out / machine.name, {name: x for one in made for name, x in one.files.items()})
     notes = tuple(note for one in made for note in one.notes)
-    return Generated(written, made[0].models, made[0].whole, made[0].reports, notes, form, made[0].reduced)
+    reports = [each for one in made for each in one.reports]
+    reduced = [each for one in made for each in one.reduced]
+    return Generated(written, made[0].models, made[0].whole, reports, notes, form, reduced)
 
 
 @dataclass(frozen=True)
@@ -244,18 +246,34 @@ def _guaranteed(
     return asked, with_guarantees(asked.package, certificates_of(reduced, machine.name), first), reduced
 
 
-def _scaled(machine: Machine, scene: Scene, target: str, announce: Announce) -> _Made:
+def _scaled(
+    machine: Machine, scene: Scene, target: str, announce: Announce, tools: ToolChain | None, progress: Progress
+) -> _Made:
     """The code of a target whose numbers have proven scales; parameters are constants. Raises `InputError`."""
     from symoro_elastic.numerics.guarantees.fixed_point import with_scales
 
     if scene.steps:
         raise machine.error(f"--target {target}", "has no time steps: leave them out, or take another target")
-    asked = programs(machine, replace(scene, fold=ALL), announce)
-    announce("certify")
-    package = replace(with_scales(asked, DescribedMachine.of(machine).limits), source=asked.package.source)
+    described, reduced = DescribedMachine.of(machine), list["ReducedModel"]()
+    if scene.within:
+        from symoro_elastic.generation.reduced import fixed_totals, models_in_fixed_point
+
+        announce("leave out")
+        asked, reduced = models_in_fixed_point(described, scene, programs, announce, progress)
+        announce("certify")
+        package = with_scales(asked, described.limits, progress=progress, totals=fixed_totals(reduced))
+    else:
+        asked = programs(machine, replace(scene, fold=ALL), announce)
+        announce("certify")
+        package = with_scales(asked, described.limits, progress=progress)
+    package = replace(package, source=asked.package.source)
     announce("render")
     files = SCALED_TARGETS[target].render(package, ())
-    return _Made(files, asked.models, _of_whole_machine(asked))
+    reports: Sequence[CodeReport] = ()
+    if tools:
+        announce(f"compile: {tools.command}")
+        reports = report(package, files, machine.label, SCALED_TARGETS[target].precisions, tools)
+    return _Made(files, asked.models, _of_whole_machine(asked), reports, reduced=reduced)
 
 
 def report(

@@ -19,6 +19,7 @@ from symoro_elastic.generation.solved_exactly import can_be_solved, solved_direc
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.freed import with_free_numbers
+from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.scene import ALL, INERTIA, Scene
@@ -27,11 +28,12 @@ from symoro_elastic.models.catalogue import TracedModel, in_form
 from symoro_elastic.models.inertia_form import DIRECT
 from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.traced import Traced
-from symoro_elastic.numerics.guarantees.box import LIMITED, POSITION
-from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Subject, labels
-from symoro_elastic.numerics.guarantees.certificates import Certificates, certificate_of, subject_of
+from symoro_elastic.numerics.guarantees.box import LIMITED, POSITION, box_of
+from symoro_elastic.numerics.guarantees.certificate import MOST_SUB_BOXES, Certificate, EntryBound, Subject, labels
+from symoro_elastic.numerics.guarantees.certificates import Certificates, Effort, certificate_of, subject_of
+from symoro_elastic.numerics.guarantees.fixed_point import FIXED_ROUNDING, Total, in_fixed_point, refuse_impossible
 from symoro_elastic.numerics.guarantees.of_reduced import ReducedErrors
-from symoro_elastic.numerics.guarantees.running_error import Rounding
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Rounding
 from symoro_elastic.numerics.quantile_bound import CONFIDENCE
 from symoro_elastic.numerics.within.frequencies import POSITIONS, NaturalFrequencies
 from symoro_elastic.numerics.within.reduction import MOST_UNPROVEN, reduce_program, without_parameters
@@ -90,7 +92,7 @@ def reduced_models(
     _refuse_unknown(asked, scene.within, machine)
     if scene.within.keep is Keep.PARAMETERS:
         return _without_parameters(machine, scene, trace, asked, roundings, announce, progress)
-    search = _Searched(asked, machine, scene.within, roundings[0], announce, progress)
+    search = _Searched(asked, machine, scene.within, roundings, announce, progress)
     try:
         made = [search.of(*pair) for pair in zip(asked.models, asked.package.functions, strict=True)]
     except KeyboardInterrupt:
@@ -115,13 +117,15 @@ class _Searched:
     asked: Traced
     machine: DescribedMachine
     within: Within
-    rounding: Rounding
+    roundings: Sequence[Rounding]
     announce: Announce
     progress: Progress
 
     def of(self, model: TracedModel, function: Function) -> _Made:
         """The program of a model without the terms that its tolerances allow to leave out; raises `InputError`."""
-        whole = subject_of(self.asked, _physical(self.machine), self.machine.limits, function, self.rounding)
+        whole = subject_of(
+            self.asked, _physical(self.machine), self.machine.limits, function, _of_search(self.roundings)
+        )
         is_proven = self.within.guaranteed is Guaranteed.PROVEN
         other = is_proven and not self.within.frequencies and can_be_solved(self.asked, model)
         try:
@@ -146,6 +150,7 @@ class _Searched:
             confident=not is_proven,
             bound=ReducedErrors(whole, self.progress) if is_proven else None,
             frequencies=_frequencies(self.asked, self.within),
+            reserved=_reserved(self.asked, self.machine, whole.function, self.roundings),
             watched=self.announce,
             most_unproven=most_unproven,
         )
@@ -180,9 +185,7 @@ def _refuse_unknown(asked: Traced, within: Within, machine: Machine) -> None:
             what = f"there is no result or joint {quote(name)}{did_you_mean(name, known)}"
             raise machine.error("scene, within", what)
     if {*within.tolerances} == {FREQUENCIES}:
-        what = (
-            'frequencies limit what results allow: give these a tolerance, too, as in { qdd = "1 %", frequencies = 2 }'
-        )
+        what = 'they limit what results allow: give these a tolerance, too, as in { qdd = "1 %", frequencies = 2 }'
         raise machine.error(f"scene, within, {FREQUENCIES}", what)
 
 
@@ -225,18 +228,53 @@ def _reports(
     found, physical, limits = [], _physical(machine), machine.limits
     for whole, function, one in zip(asked.package.functions, reduced.package.functions, made, strict=True):
         reduction = one.reduction
-        wholes = [subject_of(asked, physical, limits, whole, rounding) for rounding in roundings]
+        wholes = [_subject(asked, physical, limits, whole, rounding) for rounding in roundings]
         boxes = [each.box for each in wholes]
         subjects = wholes
         if one.subject:
             subjects = [replace(one.subject, function=function, rounding=rounding) for rounding in roundings]
         elif reduction.left_out:
             subjects = [Subject(function, each.box, each.rounding) for each in wholes]  # pivots are others
-        certificates = tuple(_total(certificate_of(each, asked.whole.name), reduction) for each in subjects)
+        certificates = tuple(_total(_certificate(each, asked.whole.name), reduction) for each in subjects)
         terms = within.keep is Keep.TERMS and bool(reduction.left_out)
         lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if terms else None
         found.append(ReducedModel(function.name, within, reduction, certificates, lost, bool(one.subject)))
         _refuse_rounding(found[-1], reduced.whole)
+    return found
+
+
+def _subject(asked: Traced, physical: Machine, limits: Limits, function: Function, rounding: Rounding) -> Subject:
+    """What a certificate of a whole function is made of."""
+    if rounding is not FIXED_ROUNDING:
+        return subject_of(asked, physical, limits, function, rounding)
+    return Subject(function, box_of(asked.machine, limits, function.program.inputs, function.program.used), rounding)
+
+
+def _certificate(subject: Subject, machine: str, most_sub_boxes: int = MOST_SUB_BOXES) -> Certificate:
+    """What a function guarantees; raises `OverflowError` for one that has no bounds in fixed point."""
+    if subject.rounding is not FIXED_ROUNDING:
+        return certificate_of(subject, machine, Effort(most_sub_boxes))
+    own = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used)
+    found, _ = in_fixed_point(subject.function, own, machine, most_sub_boxes)
+    return replace(found, box=subject.box)
+
+
+def _of_search(roundings: Sequence[Rounding]) -> Rounding:
+    """The rounding in which terms are searched, which are left out in exact arithmetic."""
+    return ROUNDINGS["double"] if roundings[0] is FIXED_ROUNDING else roundings[0]
+
+
+def _reserved(
+    asked: Traced, machine: DescribedMachine, function: Function, roundings: Sequence[Rounding]
+) -> dict[str, list[float]]:
+    """The part of each tolerance that low precisions need: the rounding errors of the whole function."""
+    found: dict[str, list[float]] = {result.name: [] for result in function.results}
+    coarse = [rounding for rounding in roundings if rounding is not ROUNDINGS["double"]]
+    subjects = [_subject(asked, _physical(machine), machine.limits, function, rounding) for rounding in coarse]
+    certificates = [_certificate(each, machine.name, most_sub_boxes=1) for each in subjects]
+    for k, (name, _) in enumerate(labels(function)):
+        errors = [one.entries[k].likely for one in certificates]
+        found[name].append(max((x for x in errors if math.isfinite(x)), default=0.0))
     return found
 
 
@@ -308,7 +346,7 @@ def _without_parameters(
         p.name: p.value.value() for p in freed.parameters if p.value is not None and p.name in function.program.used
     }
     inertia = trace(freed, replace(scene, models=("inertia_matrix",), outputs={}, fold=()))
-    whole = subject_of(free, _physical(machine), machine.limits, function, roundings[0])
+    whole = subject_of(free, _physical(machine), machine.limits, function, _of_search(roundings))
     bound = ReducedErrors(whole, progress) if scene.within.guaranteed is Guaranteed.PROVEN else None
     try:
         reduction = without_parameters(
@@ -322,6 +360,7 @@ def _without_parameters(
             confident=bound is None,
             bound=bound,
             frequencies=_frequencies(free, scene.within),
+            reserved=_reserved(asked, machine, asked.package.functions[0], roundings),
             watched=announce,
         )
     except KeyboardInterrupt:
@@ -333,6 +372,24 @@ def _without_parameters(
     reduced = trace(replace(freed, parameters=parameters), scene)
     counted = replace(reduction, program=asked.models[0].program, reduced=reduced.models[0].program)
     return reduced, _reports(asked, reduced, [_Made(reduced.models[0], counted)], scene.within, machine, roundings)
+
+
+def models_in_fixed_point(
+    machine: DescribedMachine, scene: Scene, trace: Trace, announce: Announce, progress: Progress
+) -> tuple[Traced, list[ReducedModel]]:
+    """The models as `reduced_models` gives them, with the errors of fixed point in the total; raises `InputError`."""
+    asked = trace(machine, replace(scene, fold=ALL))
+    for function in asked.package.functions:
+        refuse_impossible(asked.machine, function)
+    try:
+        return reduced_models(machine, scene, trace, [FIXED_ROUNDING], announce, progress)
+    except OverflowError as error:
+        raise machine.error("--target c-fixed", str(error)) from None
+
+
+def fixed_totals(found: Sequence[ReducedModel]) -> dict[str, Total]:
+    """What is said of functions in fixed point that have terms left out."""
+    return {one.model: (one.certificates[0], said(one)) for one in found}
 
 
 def certificates_of(found: Sequence[ReducedModel], machine: str) -> Certificates:

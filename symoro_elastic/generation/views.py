@@ -59,8 +59,14 @@ def _(made: Generated) -> dict[str, Any]:
     more: dict[str, Any] = {"notes": list(made.notes)} if made.notes else {}
     more |= {"reports": plain({report.file: report for report in made.reports})} if made.reports else {}
     more |= {"form": plain(made.form)} if made.form else {}
-    more |= {"reduced": {one.model: json_of(one) for one in made.reduced}} if made.reduced else {}
+    more |= {"reduced": {_name(one, made.reduced): json_of(one) for one in made.reduced}} if made.reduced else {}
     return {"written": [str(path) for path in made.written], "models": models_json(made.models, made.whole), **more}
+
+
+def _name(one: ReducedModel, found: Sequence[ReducedModel]) -> str:
+    """The name of a model, and its precision where another target has another one."""
+    alike = [other for other in found if other.model == one.model]
+    return one.model if one is alike[0] else f"{one.model}, {one.certificates[0].precision}"
 
 
 def models_json(models: Sequence[TracedModel], whole: Sequence[TracedModel]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import C, banner
 from symoro_elastic.codegen.templates import render
 
-FIXED = Precision("fixed-point", "fixed point of 32 bits", "int32_t", "int32_t", "uint32_t", 31)
+FIXED = Precision("fixed-point", "fixed point of 32 bits", "int32_t", "int32_t", "uint32_t", 31, short="fixed")
 """Not one of those that floating point has: what it needs are proven ranges."""
 OWN = words("int32_t uint32_t int64_t angle sine cosine k INT32_MAX UINT32_MAX INT32_MIN")
 """Identifiers of the templates that a user's name could hide."""

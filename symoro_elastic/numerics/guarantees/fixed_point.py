@@ -22,6 +22,8 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from types import MappingProxyType
+from typing import TypeAlias
 
 import numpy as np
 
@@ -42,6 +44,7 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.limits import Limits
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.traced import Traced
 from symoro_elastic.numerics.guarantees.box import Box, box_of
 from symoro_elastic.numerics.guarantees.certificate import (
@@ -232,22 +235,39 @@ def in_fixed_point(
     return found, FixedPoint(bits, turning(function.program))
 
 
+Total: TypeAlias = tuple[Certificate, str]
+"""The certificate of a function, errors beside those of fixed point among them, and its first sentence."""
+NO_TOTALS: Mapping[str, Total] = MappingProxyType({})
+
+
+def refuse_impossible(machine: Machine, function: Function) -> None:
+    """Raise `InputError` for a function that has no fixed point."""
+    if why := impossible(function):
+        what = f"{function.name} {why}: choose a model that only adds and multiplies, as bias_forces does"
+        raise machine.error("--target c-fixed", what)
+
+
 def with_scales(
-    asked: Traced, limits: Limits, most_sub_boxes: int = MOST_SUB_BOXES, progress: Progress = no_progress
+    asked: Traced,
+    limits: Limits,
+    most_sub_boxes: int = MOST_SUB_BOXES,
+    progress: Progress = no_progress,
+    totals: Mapping[str, Total] = NO_TOTALS,
 ) -> Package:
-    """The package of programs in fixed point, with scales and guarantees; raises `InputError` for what has none."""
+    """The package of programs in fixed point, with scales and guarantees; raises `InputError` for what has none.
+
+    What is said of functions in `totals` is that, in place of what is found of their program.
+    """
     package, machine = asked.package, asked.machine
     made = []
     for function in package.functions:
-        if why := impossible(function):
-            what = f"{function.name} {why}: choose a model that only adds and multiplies, as bias_forces does"
-            raise machine.error("--target c-fixed", what)
+        refuse_impossible(machine, function)
         box = box_of(machine, limits, function.program.inputs, function.program.used)
         try:
             one, scales = in_fixed_point(function, box, machine.name, most_sub_boxes, progress)
         except OverflowError as error:
             raise machine.error("--target c-fixed", f"{function.name}: {error}") from None
-        made.append(
-            replace(function, fixed=scales, guaranteed={NAME: guaranteed(package, function, one, rests_on=RESTS_ON)})
-        )
+        found, first = totals.get(function.name, (one, ""))
+        said = guaranteed(package, function, found, first, rests_on=RESTS_ON)
+        made.append(replace(function, fixed=scales, guaranteed={NAME: said}))
     return replace(package, functions=tuple(made))

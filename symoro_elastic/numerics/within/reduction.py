@@ -23,7 +23,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.numerics.within.frequencies import NaturalFrequencies
 from symoro_elastic.numerics.within.inertia import HasInertia
-from symoro_elastic.numerics.within.results import ErrorBound, Reduction, Tolerances
+from symoro_elastic.numerics.within.results import NOTHING, ErrorBound, Reduction, Reserved, Tolerances
 from symoro_elastic.numerics.within.states import Box, Point, joined
 from symoro_elastic.numerics.within.trials import UNSEEN, Task, Trial, Worst
 from symoro_elastic.symbolic.program import Names, Program
@@ -51,6 +51,7 @@ def reduce_program(
     bound: ErrorBound | None = None,
     changing: Collection[int] | None = None,
     frequencies: NaturalFrequencies | None = None,
+    reserved: Reserved = NOTHING,
     watched: Announce = announce_nothing,
     most_unproven: int = MOST_UNPROVEN,
 ) -> Reduction:
@@ -58,13 +59,14 @@ def reduce_program(
 
     `program` depends on symbols of the box only: parameters are numbers. `positions` name the arguments that hold
     positions, `names` are the quantities that keep their names. With `confident` the bound on errors at `states` more
-    states is within the tolerances too, with `bound` that bound. `frequencies` have a tolerance of their own. Only
-    nodes with numbers in `changing` change, if given. Where nothing can be left out, the program stays, as after
-    `most_unproven` searches that are far from a proof. `watched` is called with the name of each stage. Ctrl-C ends the
-    search with the best program so far. Raises `ValueError` for a symbol without an interval, an output without a
-    tolerance, results that are not finite; `KeyboardInterrupt` where a search is ended with nothing found.
+    states is within the tolerances too, with `bound` that bound. `frequencies` have a tolerance of their own; what is
+    `reserved` for rounding is not used. Only nodes with numbers in `changing` change, if given. Where nothing can be
+    left out, the program stays, as after `most_unproven` searches that are far from a proof. `watched` is called with
+    the name of each stage. Ctrl-C ends the search with the best program so far. Raises `ValueError` for a symbol
+    without an interval, an output without a tolerance, results that are not finite; `KeyboardInterrupt` where a search
+    is ended with nothing found.
     """
-    task = Task(program, box, tolerances, names or Names(), positions, seed)
+    task = Task(program, box, tolerances, names or Names(), positions, seed, reserved)
     if changing is not None:
         task.only_at(changing)
     if frequencies:
@@ -86,6 +88,7 @@ def without_parameters(
     confident: bool = True,
     bound: ErrorBound | None = None,
     frequencies: NaturalFrequencies | None = None,
+    reserved: Reserved = NOTHING,
     watched: Announce = announce_nothing,
 ) -> Reduction:
     """Return the program with as many parameters set to zero as the tolerances allow, as `reduce_program` does.
@@ -97,7 +100,7 @@ def without_parameters(
     """
     box = {**box, **{name: Point(value) for name, value in values.items()}}
     has_inertia = HasInertia(inertia, box, seed) if inertia else None
-    task = Task(program, box, tolerances, names or Names(), positions, seed)
+    task = Task(program, box, tolerances, names or Names(), positions, seed, reserved)
     task.only_zeros_of(values, has_inertia)
     if frequencies:
         task.keep_frequencies(frequencies)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from symoro_elastic.machine.within import Tolerance
 from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes
@@ -13,6 +14,9 @@ from symoro_elastic.symbolic.program import OperationCount, Output, Program
 
 Tolerances = Mapping[str, Tolerance | Sequence[Tolerance]]
 """By the name of an output: for all its entries, or for each of them."""
+Reserved = Mapping[str, Sequence[float]]
+"""By the name of an output: how much of the tolerance of each entry other errors need, in its unit."""
+NOTHING: Reserved = MappingProxyType({})
 ErrorBound = Callable[[Program, Program, ChangedNodes], Mapping[str, Sequence[float]]]
 """From a program, the reduced one and its changes to bounds on the errors of all entries, by output, in their units."""
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.within import Tolerance
-from symoro_elastic.numerics.within.results import Tolerances
+from symoro_elastic.numerics.within.results import Reserved, Tolerances
 from symoro_elastic.numerics.within.tape import Tape
 from symoro_elastic.symbolic.program import Output, Program
 
@@ -26,6 +26,16 @@ def allowed_errors(program: Program, tape: Tape, tolerances: Tolerances, largest
                 scale = sizes[place] if tolerance.relative else 1.0
                 allowed[place] = min(allowed[place], tolerance.value * scale)
     return np.array([allowed[place] for place in tape.results])
+
+
+def reserved_of(program: Program, tape: Tape, reserved: Reserved) -> Array:
+    """Return what is reserved of the allowed error of each result, the most where it is several entries."""
+    found = dict.fromkeys(tape.results, 0.0)
+    for output, places in zip(program.outputs, tape.entries, strict=True):
+        for place, x in zip(places, reserved.get(output.name, [0.0] * len(places)), strict=True):
+            if place in found:
+                found[place] = max(found[place], x)
+    return np.array([found[place] for place in tape.results])
 
 
 def _of_entries(output: Output, tolerances: Tolerances) -> list[Tolerance]:

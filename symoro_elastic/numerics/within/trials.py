@@ -16,11 +16,11 @@ from symoro_elastic.numerics.within.frequencies import FrequencyShifts, NaturalF
 from symoro_elastic.numerics.within.left_out import left_out_of
 from symoro_elastic.numerics.within.liveness import Liveness
 from symoro_elastic.numerics.within.rebuild import rebuilt, with_values
-from symoro_elastic.numerics.within.results import EntryError, ErrorBound, Reduction, Tolerances
+from symoro_elastic.numerics.within.results import NOTHING, EntryError, ErrorBound, Reduction, Reserved, Tolerances
 from symoro_elastic.numerics.within.search import Accepts, Sample, Search, accept_all
 from symoro_elastic.numerics.within.states import Bounds, Box, joined
 from symoro_elastic.numerics.within.tape import NO_CHANGES, Change, Changes, Kind, Tape
-from symoro_elastic.numerics.within.tolerances import allowed_errors
+from symoro_elastic.numerics.within.tolerances import allowed_errors, reserved_of
 from symoro_elastic.numerics.within.unseen import Unseen, unseen
 from symoro_elastic.numerics.within.worst_states import climb
 from symoro_elastic.symbolic.program import Names, Program, build
@@ -51,13 +51,21 @@ class Task:
     """What is to be reduced, over which box, within which tolerances."""
 
     def __init__(
-        self, program: Program, box: Box, tolerances: Tolerances, names: Names, positions: Collection[str], seed: int
+        self,
+        program: Program,
+        box: Box,
+        tolerances: Tolerances,
+        names: Names,
+        positions: Collection[str],
+        seed: int,
+        reserved: Reserved = NOTHING,
     ) -> None:
         self.program, self.names, self.positions, self.seed = program, names, positions, seed
         self.tape = Tape(program, positions)
         self.box = Bounds.of(self.tape, box)
         self.largest = self._largest()
-        self.allowed = allowed_errors(program, self.tape, tolerances, self.largest)
+        self.tolerance = allowed_errors(program, self.tape, tolerances, self.largest)
+        self.allowed = np.maximum(self.tolerance - reserved_of(program, self.tape, reserved), 0.0)
         self.weights = 1 / np.maximum(self.allowed, SMALLEST)
         self.judging = 1 / np.maximum(np.maximum(self.allowed, ROUNDING * self.largest), SMALLEST)
         self.candidates = candidates_of(self.tape, self.tape.rows(self._drawn(0, FIRST)))
@@ -233,7 +241,7 @@ class Trial:
             for index, place in enumerate(places):
                 if place in numbers:
                     k = numbers[place]
-                    sizes = float(task.largest[k]), float(task.allowed[k])
+                    sizes = float(task.largest[k]), float(task.tolerance[k])
                     yield EntryError(output.name, index, *sizes, *(_at(column, k, unit) for column in columns))
 
 
