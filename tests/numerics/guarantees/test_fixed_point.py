@@ -7,7 +7,7 @@ import math
 import re
 import subprocess
 from fractions import Fraction
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,16 @@ import symoro_elastic as se
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.codegen.compile import compile_library
 from symoro_elastic.codegen.fixed_point import LARGEST, bits_of, quantized, turn_factor, turning
+from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.c_fixed import render_c_fixed
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.progress import announce_nothing, no_progress
+from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.generation.reduced import fixed_totals, models_in_fixed_point
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.within import Guaranteed, Within, tolerance
+from symoro_elastic.numerics.guarantees.fixed_point import with_scales
 from tests.command_line import run
 from tests.numerics.guarantees.fixed import FixedCase
 
@@ -287,8 +293,59 @@ def test_variables_may_be_called_like_words_of_the_code(variable: str, tmp_path:
     assert (np.abs(found * one.units - one.exact(states)).max(axis=0) <= one.proven + 1e-14).all()
 
 
-def test_models_with_terms_left_out_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="c-fixed has whole models: leave out the target, or within"):
-        se.generate(
-            ROOT / "examples" / "planar_2r.toml", "inverse_dynamics", targets=["c-fixed"], within="1%", out=tmp_path
-        )
+class ReducedCase(FixedCase):
+    """The same with terms left out of it within a tolerance, proven."""
+
+    tolerance = "5 %"
+
+    @cached_property
+    def package(self) -> Package:
+        within = Within({"": tolerance(self.tolerance)}, guaranteed=Guaranteed.PROVEN)
+        machine = DescribedMachine.of(self.machine)
+        scene = Scene((self.model,), within=within)
+        asked, reduced = models_in_fixed_point(machine, scene, programs, announce_nothing, no_progress)
+        assert reduced[0].reduction.left_out
+        return with_scales(asked, self.limits, totals=fixed_totals(reduced))
+
+
+@pytest.mark.parametrize(
+    ("name", "allowed"),
+    [
+        ("planar_2r", "60 %"),
+        pytest.param("planar_2r", "20 %", marks=pytest.mark.thorough),
+        pytest.param("machine tool", "1 %", marks=pytest.mark.thorough),
+    ],
+)
+def test_terms_left_out_and_fixed_point_are_one_total(name: str, allowed: str, tmp_path: Path) -> None:
+    whole = case(name)
+    one = ReducedCase(whole.machine, whole.limits, whole.model)
+    object.__setattr__(one, "tolerance", allowed)
+    states = one.states(STATES, np.random.default_rng(3))
+    in_box, found = one.run(states, tmp_path)
+    assert in_box.all()
+    error = np.abs(found * one.units - one.exact(states)).max(axis=0)
+    assert (error <= one.proven + double_errors(name)).all()
+    assert (one.proven > whole.proven).any()
+
+
+@pytest.mark.parametrize("precision", ["single", "fixed"])
+def test_what_rounding_needs_is_not_left_out(precision: str, tmp_path: Path) -> None:
+    """A tolerance that is hardly above the rounding of the whole model is kept: less is left out."""
+    machine = ROOT / "examples" / "planar_2r.toml"
+    target = {"targets": ["c-fixed"]} if precision == "fixed" else {"precisions": ["single"]}
+    model, options = "inverse_dynamics", {"within": "2e-4 %", "guaranteed": "proven", "out": tmp_path}
+    (one,) = se.generate(machine, model, **target, **options).reduced
+    tolerances = {(error.output, error.index): error.tolerance for error in one.reduction.errors}
+    for k, entry in enumerate(one.certificates[0].entries[:2]):
+        assert 0 < entry.error <= tolerances["tau", k] * 1.001
+
+
+def test_the_report_counts_instructions_of_fixed_point(tmp_path: Path) -> None:
+    machine = ROOT / "examples" / "planar_2r.toml"
+    whole, left = (
+        se.generate(machine, "inverse_dynamics", targets=["c-fixed"], report=True, out=tmp_path / name, **more)
+        for name, more in (("whole", {}), ("left", {"within": "20 %"}))
+    )
+    counts = [{one.name: one.cost.instructions for one in made.reports[0].functions} for made in (whole, left)]
+    name = "planar_2r_fixed_inverse_dynamics"
+    assert counts[1][name] < counts[0][name] and f"{name}_si" in counts[0]
