@@ -15,6 +15,7 @@ import numpy as np
 from symoro_elastic.codegen.package import Function
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.foundation.results import Result
+from symoro_elastic.generation.from_energies import NoEnergyForm, from_energies
 from symoro_elastic.generation.solved_exactly import can_be_solved, solved_direct
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import ZERO
@@ -127,6 +128,8 @@ class _Searched:
             self.asked, _physical(self.machine), self.machine.limits, function, _of_search(self.roundings)
         )
         is_proven = self.within.guaranteed is Guaranteed.PROVEN
+        if self.within.keep is Keep.INERTIA:
+            return self._from_energies(model, whole, is_proven)
         other = is_proven and not self.within.frequencies and can_be_solved(self.asked, model)
         try:
             found = self._reduced(whole, is_proven, 1 if other else MOST_UNPROVEN)
@@ -154,6 +157,28 @@ class _Searched:
             watched=self.announce,
             most_unproven=most_unproven,
         )
+
+    def _from_energies(self, model: TracedModel, whole: Subject, is_proven: bool) -> _Made:
+        """Terms left out of the inertia matrix and the potential; raises `InputError`."""
+        try:
+            found = from_energies(
+                self.asked,
+                model,
+                whole,
+                self.machine.limits,
+                tolerances_of(whole.function, self.within),
+                positions=ARE_POSITIONS,
+                proven=is_proven,
+                frequencies=_frequencies(self.asked, self.within),
+                reserved=_reserved(self.asked, self.machine, whole.function, self.roundings),
+                announce=self.announce,
+                progress=self.progress,
+            )
+        except NoEnergyForm as error:
+            raise self.machine.error("scene, keep", f"{Keep.INERTIA} {error}: choose another way") from None
+        except ValueError as error:
+            raise self.machine.error("scene, within", f"{whole.function.name}: {error}") from None
+        return _Made(replace(model, program=found.reduced), found)
 
     def _solved(self, model: TracedModel, whole: Subject) -> _Made | None:
         """Terms left out of the inverse model, which is solved exactly; None where nothing is proven of that, too."""
@@ -236,8 +261,7 @@ def _reports(
         elif reduction.left_out:
             subjects = [Subject(function, each.box, each.rounding) for each in wholes]  # pivots are others
         certificates = tuple(_total(_certificate(each, asked.whole.name), reduction) for each in subjects)
-        terms = within.keep is Keep.TERMS and bool(reduction.left_out)
-        lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if terms else None
+        lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if reduction.left_out else None
         found.append(ReducedModel(function.name, within, reduction, certificates, lost, bool(one.subject)))
         _refuse_rounding(found[-1], reduced.whole)
     return found
@@ -397,11 +421,20 @@ def certificates_of(found: Sequence[ReducedModel], machine: str) -> Certificates
     return Certificates(machine, tuple(each for one in found for each in one.certificates))
 
 
+PASSIVE = "The inertia matrix stays symmetric and positive definite, and nothing is made from nothing"
+KEPT = {
+    Keep.PARAMETERS: f"{PASSIVE}: this is the whole model of another machine.",
+    Keep.INERTIA: f"{PASSIVE}: all forces of inertia and gravity are derivatives of the energies that are left.",
+}
+"""What is kept of the structure."""
+
+
 def said(one: ReducedModel) -> str:
     """What is left out of a model, and how, in sentences."""
     reduction, changes = one.reduction, len(one.reduction.left_out)
     kept = "whole parameters" if one.within.keep is Keep.PARAMETERS else "terms"
     of = " of its inverse model, which is solved exactly" if one.solved else ""
+    of = " of the inertia matrix and the potential" if one.within.keep is Keep.INERTIA else of
     sentences = [
         f"{one.headline}; {changes} {kept if changes != 1 else kept.removesuffix('s')} left out{of}.",
         "Errors are those from the whole model, rounding among them.",
@@ -418,6 +451,8 @@ def said(one: ReducedModel) -> str:
         )
     if reduction.ended:
         sentences.append("The search was ended by hand.")
+    if changes and (structure := KEPT.get(one.within.keep)):
+        sentences.append(structure)
     if one.lost is not None:
         sentences.append(
             f"The inertia matrix is asymmetric by {one.lost.asymmetry:.1g} of its largest entry, and up to "

@@ -16,9 +16,14 @@ FREQUENCIES = "frequencies"
 
 
 class Keep(StrEnum):
-    """What of the structure of a model is kept: each parameter is whole or zero, or single terms are left out."""
+    """What of the structure of a model is kept.
+
+    Each parameter is whole or zero; or terms of the inertia matrix and of the potential are left out, and all else
+    follows from these; or single terms are left out anywhere.
+    """
 
     PARAMETERS = "parameters"
+    INERTIA = "inertia"
     TERMS = "terms"
 
 

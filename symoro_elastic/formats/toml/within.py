@@ -48,8 +48,8 @@ WITHIN = Key(
 )
 KEEP = Key(
     *("keep", one_of(tuple(Keep))),
-    "what is left out: single terms, or whole parameters only, so that the inertia matrix stays symmetric and the "
-    "machine passive",
+    "what is left out: single terms; terms of the inertia matrix and the potential, from which all else is derived; "
+    "or whole parameters only; with both of these the inertia matrix stays symmetric and the machine passive",
     '"parameters"',
     default=Keep.TERMS.value,
     otherwise=f'"{Keep.TERMS}"',
