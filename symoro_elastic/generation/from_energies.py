@@ -21,7 +21,7 @@ from symoro_elastic.numerics.guarantees.of_reduced import ReducedErrors
 from symoro_elastic.numerics.within.frequencies import NaturalFrequencies
 from symoro_elastic.numerics.within.left_out import left_out_of
 from symoro_elastic.numerics.within.reduction import without_parameters
-from symoro_elastic.numerics.within.results import Reduction, Reserved
+from symoro_elastic.numerics.within.results import EntryError, Reduction, Reserved
 from symoro_elastic.numerics.within.switches import Switched, switched
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Operand, reachable
@@ -131,8 +131,7 @@ def _result(form: EnergyForm, model: TracedModel, switches: Switched, found: Red
 
 def _whole(found: Reduction, program: Program, why: str) -> Reduction:
     """The reduction that leaves nothing out."""
-    none = {"sampled": 0.0, "climbed": 0.0, "unseen": 0.0, "confident": 0.0, "bounded": 0.0}
-    errors = tuple(replace(one, **none) for one in found.errors)
+    errors = tuple(EntryError(one.output, one.index, one.largest, one.tolerance, 0.0, 0.0, 0.0) for one in found.errors)
     outputs = program.outputs
     return replace(
         found, program=program, reduced=program, outputs=outputs, left_out=(), errors=errors, shift=None, unproven=why

@@ -392,6 +392,9 @@ def _without_parameters(
     except ValueError as error:
         raise machine.error("scene, within", str(error)) from None
     zero = {one.term for one in reduction.left_out}
+    if not zero:
+        same = replace(reduction, program=asked.models[0].program, reduced=asked.models[0].program)
+        return asked, _reports(asked, asked, [_Made(asked.models[0], same)], scene.within, machine, roundings)
     parameters = tuple(replace(p, value=ZERO) if p.name in zero else p for p in freed.parameters)
     reduced = trace(replace(freed, parameters=parameters), scene)
     counted = replace(reduction, program=asked.models[0].program, reduced=reduced.models[0].program)
@@ -454,8 +457,12 @@ def said(one: ReducedModel) -> str:
     if changes and (structure := KEPT.get(one.within.keep)):
         sentences.append(structure)
     if one.lost is not None:
+        lost = one.lost
+        asymmetry, power = f"{lost.asymmetry:.1g}", f"{lost.power:.2g} of {lost.largest_power:.2g} W"
         sentences.append(
-            f"The inertia matrix is asymmetric by {one.lost.asymmetry:.1g} of its largest entry, and up to "
-            f"{one.lost.power:.2g} of {one.lost.largest_power:.2g} W are made from nothing, at {STATES} drawn states."
+            f"Measured at {STATES} drawn states: asymmetry {asymmetry} of the largest entry, {power}."
+            if one.within.keep in KEPT
+            else f"The inertia matrix is asymmetric by {asymmetry} of its largest entry, and up to {power} are made "
+            f"from nothing, at {STATES} drawn states."
         )
     return " ".join(sentences)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,6 +23,8 @@ from symoro_elastic.numerics.guarantees.box import box_of
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.numerics.within.structure import STATES, _Inverse, lost_structure
 from symoro_elastic.symbolic.arithmetic import evaluate
+from symoro_elastic.symbolic.differentiation import Differentiation
+from symoro_elastic.symbolic.expression import Operand
 from tests.command_line import refused, run
 from tests.numerics.guarantees.boxes import limits_of_test
 from tests.references.random_machines import chain, random_machine
@@ -118,21 +120,6 @@ def test_tolerances_by_joint_and_result() -> None:
     assert 1e-6 < entries["shoulder"].likely <= 0.2 * entries["shoulder"].magnitude
 
 
-@pytest.mark.thorough
-def test_parameters_keep_the_structure() -> None:
-    """Whole parameters are zero: the inertia matrix stays symmetric to rounding, and its determinant positive."""
-    machine = se.read(EXAMPLES / "puma560_measured.toml", base=True)
-    one = reduced(machine, "inertia_matrix", within("2 %", keep=Keep.PARAMETERS))
-    assert one.reduction.left_out
-    program = one.reduction.reduced
-    states = one.certificates[0].box.states(200, np.random.default_rng(1))
-    value = evaluate(program.outputs[0].entries, states, FLOATS)
-    entries = [np.broadcast_to(value(x), 200) for x in program.outputs[0].entries]
-    A = np.array(entries).reshape(6, 6, 200).transpose(2, 0, 1)
-    assert np.abs(A - A.transpose(0, 2, 1)).max() < 1e-15
-    assert np.linalg.eigvalsh(A).min() > 0
-
-
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -208,3 +195,103 @@ def test_the_balance_of_power_holds_for_whole_models() -> None:
     states |= box.states(STATES, np.random.default_rng(3))
     model = _Inverse(program, inputs)
     assert np.abs(model.power_balance(states)).max() < 1e-7 * np.abs(model.power(states)).max()
+
+
+def test_inertia_keeps_the_balance_of_power() -> None:
+    """Terms of A and V are left out, all else follows: between whole parameters and single terms."""
+    kept = {keep: reduced(se.read(PLANAR), "inverse_dynamics", within("20 %", keep=keep)) for keep in Keep}
+    one = kept[Keep.INERTIA]
+    assert one.reduction.left_out and one.lost and one.operations[1] < one.operations[0]
+    assert one.lost.asymmetry < 1e-12 and one.lost.power < 1e-8 * one.lost.largest_power
+    lost = kept[Keep.TERMS].lost
+    assert lost and max(lost.asymmetry, lost.power / lost.largest_power) > 1e-4
+    errors = worst_errors(one, 9, 20_000)
+    for entry, found in zip(one.certificates[0].entries, errors, strict=True):
+        assert found <= entry.likely
+    assert "are derivatives of the energies that are left" in one.parts()[0]
+
+
+def test_derivatives_that_take_more_than_is_left_out_are_said() -> None:
+    one = reduced(se.read(PLANAR), "inverse_dynamics", within("1 %", keep=Keep.INERTIA))
+    assert one.operations[0] == one.operations[1] and not one.reduction.left_out
+    assert one.reduction.reduced is one.reduction.program
+
+
+@pytest.mark.parametrize(
+    ("file", "model", "said"),
+    [
+        ("planar_2r.toml", "inertia_matrix", "is kept of direct_dynamics and inverse_dynamics with all joints"),
+        ("ball_screw.toml", "direct_dynamics", "is kept of trees on a fixed base"),
+    ],
+)
+def test_inertia_is_kept_of_trees(file: str, model: str, said: str, tmp_path: Path) -> None:
+    arguments = ("--model", model, "--within", "1%", "--keep", "inertia", "--out", tmp_path)
+    assert said in refused("generate", EXAMPLES / file, *arguments)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.thorough
+def test_parameters_make_nothing_from_nothing() -> None:
+    """qd' C = 1/2 qd' Ad qd of the machine with zeros, exactly: Ad by derivatives, to rounding of the largest power."""
+    machine = se.read(EXAMPLES / "puma560_measured.toml", base=True)
+    scene = Scene(models=("inverse_dynamics",), within=within("2 %", keep=Keep.PARAMETERS))
+    traced, (one,) = reduced_models(machine, scene, programs, [ROUNDINGS["double"]])
+    assert one.reduction.left_out and one.lost and one.lost.asymmetry <= 1e-14
+    zero = traced.whole
+    A, c = (
+        programs(zero, Scene(models=(name,), fold=ALL)).package.functions[0].program
+        for name in ("inertia_matrix", "coriolis_forces")
+    )
+    box = box_of(machine, machine.limits, one.reduction.program.inputs)
+    states = box.states(2000, np.random.default_rng(4))
+    q, qd = (next(x.symbols for x in c.inputs if x.name == name) for name in ("q", "qd"))
+    entries = A.outputs[0].entries
+    graph = A.nodes[0].graph
+    rate = Differentiation(entries).along({graph.symbol(x): graph.symbol(y) for x, y in zip(q, qd, strict=True)})
+    rates = [rate.of(x) for x in entries]
+
+    def values(roots: Sequence[Operand]) -> np.ndarray:
+        value = evaluate(roots, states, FLOATS)
+        return np.array([np.broadcast_to(value(x), 2000) for x in roots], dtype=float)
+
+    v, n = np.array([states[name] for name in qd]), len(qd)
+    power = (v * values(c.outputs[0].entries)).sum(axis=0)
+    balance = power - np.einsum("is,iks,ks->s", v, values(rates).reshape(n, n, -1), v) / 2
+    motors = (v * values(one.reduction.program.outputs[0].entries)).sum(axis=0)
+    assert np.abs(balance).max() <= 1e-12 * np.abs(motors).max()
+    assert np.linalg.eigvalsh(values(entries).reshape(n, n, -1).transpose(2, 0, 1)).min() > 0
+
+
+class Ended:
+    """A user who ends the work when a stage begins for some time."""
+
+    def __init__(self, stage: str, times: int) -> None:
+        self.stage, self.left = stage, times
+
+    def __call__(self, stage: str) -> None:
+        if stage.startswith(self.stage):
+            self.left -= 1
+            if not self.left:
+                raise KeyboardInterrupt
+
+
+def ended_after(times: int, folder: Path) -> se.Generated | None:
+    scene = {"models": ["inverse_dynamics"], "within": "60 %", "guaranteed": "proven"}
+    return se.generate(PLANAR, out=folder, scene=scene, announce=Ended("leave out, search", times))
+
+
+def test_a_search_that_is_ended_keeps_what_is_proven_or_writes_nothing(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="was ended before anything was found that keeps the tolerance"):
+        ended_after(1, tmp_path)
+    assert not list(tmp_path.iterdir())
+    counted = Ended("leave out, search", -1)
+    whole = se.generate(
+        PLANAR, "inverse_dynamics", out=tmp_path / "a", within="60 %", guaranteed="proven", announce=counted
+    )
+    searches = -1 - counted.left
+    made = ended_after(searches, tmp_path / "b")
+    assert searches > 1 and made.reduced[0].reduction.ended and not whole.reduced[0].reduction.ended
+    text = (tmp_path / "b" / "planar_2r" / "planar_2r.h").read_text(encoding="utf-8")
+    assert "search was ended by hand" in " ".join(text.replace("*", " ").split())
+    errors = made.reduced[0].reduction.errors
+    assert made.reduced[0].reduction.left_out and all((x.bounded or 0) <= x.tolerance for x in errors)
