@@ -364,29 +364,8 @@ def _without_parameters(
         what = 'parameters are left out of one model at a time: ask for one, or keep = "terms"'
         raise machine.error("scene, keep", what)
     freed = with_free_numbers(machine, FREED, reserved_words())
-    free = trace(freed, replace(scene, fold=()))
-    (function,) = free.package.functions
-    values = {
-        p.name: p.value.value() for p in freed.parameters if p.value is not None and p.name in function.program.used
-    }
-    inertia = trace(freed, replace(scene, models=("inertia_matrix",), outputs={}, fold=()))
-    whole = subject_of(free, _physical(machine), machine.limits, function, _of_search(roundings))
-    bound = ReducedErrors(whole, progress) if scene.within.guaranteed is Guaranteed.PROVEN else None
     try:
-        reduction = without_parameters(
-            function.program,
-            {name: found for name, found in whole.box.ranges.items() if name not in values},
-            tolerances_of(function, scene.within),
-            {name: x for name, x in values.items() if x},
-            inertia=inertia.package.functions[0].program,
-            names=_names(function.program),
-            positions=ARE_POSITIONS,
-            confident=bound is None,
-            bound=bound,
-            frequencies=_frequencies(free, scene.within),
-            reserved=_reserved(asked, machine, asked.package.functions[0], roundings),
-            watched=announce,
-        )
+        reduction = _without_zeros(machine, freed, scene, trace, asked, roundings, announce, progress)
     except KeyboardInterrupt:
         raise machine.error("scene, within", ENDED) from None
     except ValueError as error:
@@ -399,6 +378,40 @@ def _without_parameters(
     reduced = trace(replace(freed, parameters=parameters), scene)
     counted = replace(reduction, program=asked.models[0].program, reduced=reduced.models[0].program)
     return reduced, _reports(asked, reduced, [_Made(reduced.models[0], counted)], scene.within, machine, roundings)
+
+
+def _without_zeros(
+    machine: DescribedMachine,
+    freed: DescribedMachine,
+    scene: Scene,
+    trace: Trace,
+    asked: Traced,
+    roundings: Sequence[Rounding],
+    announce: Announce,
+    progress: Progress,
+) -> Reduction:
+    """The program of a machine whose numbers are parameters, without as many of these as its tolerance allows."""
+    free = trace(freed, replace(scene, fold=()))
+    (function,) = free.package.functions
+    used = function.program.used
+    values = {p.name: p.value.value() for p in freed.parameters if p.value is not None and p.name in used}
+    inertia = trace(freed, replace(scene, models=("inertia_matrix",), outputs={}, fold=()))
+    whole = subject_of(free, _physical(machine), machine.limits, function, _of_search(roundings))
+    bound = ReducedErrors(whole, progress) if scene.within.guaranteed is Guaranteed.PROVEN else None
+    return without_parameters(
+        function.program,
+        {name: found for name, found in whole.box.ranges.items() if name not in values},
+        tolerances_of(function, scene.within),
+        {name: x for name, x in values.items() if x},
+        inertia=inertia.package.functions[0].program,
+        names=_names(function.program),
+        positions=ARE_POSITIONS,
+        confident=bound is None,
+        bound=bound,
+        frequencies=_frequencies(free, scene.within),
+        reserved=_reserved(asked, machine, asked.package.functions[0], roundings),
+        watched=announce,
+    )
 
 
 def models_in_fixed_point(
