@@ -137,6 +137,7 @@ class _Searched:
                 solved = self._solved(model, whole)
                 if solved:
                     return solved
+                found = self._reduced(whole, is_proven, MOST_UNPROVEN)
         except ValueError as error:
             raise self.machine.error("scene, within", f"{function.name}: {error}") from None
         return _Made(replace(model, program=found.reduced), found)
