@@ -29,6 +29,10 @@ declare(
     Field("within", lambda one: {name or "all": str(x) for name, x in one.within.tolerances.items()}),
     Field("operations", lambda one: dict(zip(("whole", "left"), one.operations, strict=True))),
     Field("lost", lambda one: one.lost and asdict(one.lost)),
+    Field("solved_exactly", "solved"),
+    Field("shift_of_frequencies", "reduction.shift"),
+    Field("unproven", "reduction.unproven"),
+    Field("ended", "reduction.ended"),
     Field("left_out", lambda one: [change.term for change in one.reduction.left_out]),
     Field("certificates", lambda one: [certificate.as_json() for certificate in one.certificates]),
 )
