@@ -241,7 +241,7 @@ def _guaranteed(
 
     announce("leave out")
     roundings = [ROUNDINGS[precision.name] for precision in precisions if precision.name in ROUNDINGS]
-    asked, reduced = reduced_models(DescribedMachine.of(machine), scene, programs, roundings, announce, progress)
+    asked, reduced = reduced_models(DescribedMachine.of(machine), scene, programs, roundings, progress, announce)
     first = {one.model: said(one) for one in reduced}
     return asked, with_guarantees(asked.package, certificates_of(reduced, machine.name), first), reduced
 

@@ -83,8 +83,8 @@ def reduced_models(
     scene: Scene,
     trace: Trace,
     roundings: Sequence[Rounding],
-    announce: Announce = announce_nothing,
     progress: Progress = no_progress,
+    announce: Announce = announce_nothing,
 ) -> tuple[Traced, list[ReducedModel]]:
     """The models of a scene within its tolerances, as programs, and what was left out; raises `InputError`."""
     _refuse(machine, scene)
@@ -423,7 +423,7 @@ def models_in_fixed_point(
     for function in asked.package.functions:
         refuse_impossible(asked.machine, function)
     try:
-        return reduced_models(machine, scene, trace, [FIXED_ROUNDING], announce, progress)
+        return reduced_models(machine, scene, trace, [FIXED_ROUNDING], progress, announce)
     except OverflowError as error:
         raise machine.error("--target c-fixed", str(error)) from None
 

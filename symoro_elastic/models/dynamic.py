@@ -56,7 +56,7 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     qdd, of_base = solution_with_base(bound, factors, found, held, right)
     name_dynamics(bound, held, "[15]", "[61]")
     name_composites(bound, found)
-    name_factors(bound.names, factors, right, qdd)
+    name_factors(bound, factors, right, qdd)
     return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **of_base}
 
 

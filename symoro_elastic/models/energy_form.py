@@ -21,7 +21,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, trace_of
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.model import Joints, Result
-from symoro_elastic.models.naming import name_composites, name_factors
+from symoro_elastic.models.naming import name_composites, name_factors_in
 from symoro_elastic.models.tracing import prune
 from symoro_elastic.symbolic.arithmetic import nodes
 from symoro_elastic.symbolic.differentiation import Differentiation
@@ -97,7 +97,7 @@ class EnergyForm:
             return {}
         factors = factorization(joints[::-1], A)
         qdd = solution(factors, known)
-        name_factors(names, factors, known, qdd)
+        name_factors_in(names, factors, known, qdd)
         return {j: operand(x) for j, x in qdd.items()}
 
 

@@ -179,7 +179,7 @@ class _System:
             else (solution(factors, right), AT_REST)
         )
         name_composites(bound, found)
-        name_factors(bound.names, factors, right, x)
+        name_factors(bound, factors, right, x)
         return dict.fromkeys(bound.machine.independent, 0) | x, x_0
 
     def _matrices(self, free: Sequence[int]) -> tuple[dict[int, Scalars], dict[int, Scalars]]:

@@ -15,7 +15,7 @@ from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, trace_of
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
 from symoro_elastic.models.model import Joints, Result
-from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors
+from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors_in
 from symoro_elastic.models.rules import held_rules
 from symoro_elastic.models.tracing import prune
 from symoro_elastic.symbolic.expression import Operand, operand, reachable
@@ -65,7 +65,7 @@ class InertiaForm:
         factors = factorization(self.joints[::-1], self.matrix(entries))
         known: Mapping[int, Operand] = dict(zip(self.joints, right, strict=True))
         qdd = solution(factors, known)
-        name_factors(names, factors, known, qdd)
+        name_factors_in(names, factors, known, qdd)
         return build(self.program.inputs, [Output("qdd", (len(asked),), tuple(operand(qdd[j]) for j in asked))], names)
 
 
