@@ -12,9 +12,11 @@ from symoro_elastic.codegen.body import C, Indices, Writer, positions_by_name
 from symoro_elastic.codegen.c_constants import Literals, declaration
 from symoro_elastic.codegen.c_lines import INDENT, statement
 from symoro_elastic.codegen.c_printers import CPrinter, Form, angles_of, printer_of
+from symoro_elastic.codegen.c_results import Stored, copies
+from symoro_elastic.codegen.c_results import lines as result_lines
 from symoro_elastic.codegen.c_rows import repeated_rows
 from symoro_elastic.codegen.outlined import SPILL, Outline, Place, outline
-from symoro_elastic.codegen.outlining import blocks
+from symoro_elastic.codegen.outlining import LONGEST_BLOCKS, OPERAND, blocks
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import Precision
@@ -149,7 +151,11 @@ class CFunction:
         places = self._places()
         self.operands = frozenset({*places, *self.literals, *(name for name, _ in texts)})
         sections = [step.statement.section for step in self.steps]
-        found = outline(self.steps, blocks(texts, sections, self.operands), places, self.literals, at_end)
+        tried = [
+            outline(self.steps, blocks(texts, sections, self.operands, longest), places, self.literals, at_end)
+            for longest in LONGEST_BLOCKS
+        ]
+        found = min(tried, key=lambda one: one.length)
         return found if found.functions else None
 
     def _places(self) -> dict[str, Place]:
@@ -230,33 +236,42 @@ class CFunction:
     def _steps(self, statements: Sequence[Statement]) -> list[Step]:
         return [Step(one, self.printer.text_of(one).names) for one in statements]
 
-    def _stored(self) -> tuple[list[str], frozenset[str]]:
-        """Lines that store the results, and the names of the variables that these are."""
+    def _stored(self) -> tuple[list[Stored], frozenset[str]]:
+        """The entries of results that are stored, and the names of the variables that these are."""
         outputs, value = self.function.program.outputs, self.printer.value
         self.rows = repeated_rows(outputs, value) if self.form.leaves_rows else []
         in_rows = {rows.result: rows.entries for rows in self.rows}
         self.printer.referenced.clear()
-        lines = [
-            INDENT + self.form.store.format(array=output.name, k=k, value=value(x))
+        stored = [
+            Stored(output.name, k, value(x))
             for output in outputs
             for k, x in enumerate(output.entries)
             if k not in in_rows.get(output.name, ())
         ]
-        return lines, frozenset(self.printer.referenced)
+        return stored, frozenset(self.printer.referenced)
 
-    def _part(self, part: Part, arrays: Sequence[Array], stored: Sequence[str]) -> PartText:
+    def _part(self, part: Part, arrays: Sequence[Array], stored: Sequence[Stored]) -> PartText:
+        copied = copies(stored, part.live_in) if self.form.outlined else {}
+        results = result_lines(stored, copied, self.form.store, SPILL)
+        part = self._without_copied(part, results) if copied else part
         c = positions_by_name(self.constants)
         groups: dict[str, Indices] = {**self.entries, "p": self.indices, "c": c}
         used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(SINCOS))
-        used |= {SPILL} if part.spills else set()
+        used |= {SPILL} if part.spills or copied else set()
         used |= {r.name for r in self.results} - set(self.unused()) if stored else set()
         lines = [
             *self.writer.unpack(self.entries, part.uses, dict.fromkeys(self.entries, self.form.load)),
             *self._of_parameters({"p": self.indices, "c": c}, part.uses),
             *self._lines(part, self.writer),
         ]
-        lines += ["", f"{INDENT}/* Results. */", *stored] if stored else []
+        lines += ["", f"{INDENT}/* Results. */", *results] if stored else []
         return PartText(lines, [a for a in arrays if a.name in used])
+
+    def _without_copied(self, part: Part, results: Sequence[str]) -> Part:
+        """A part that reads from the spill array only what its statements and the lines of its results name."""
+        named = frozenset().union(*(step.uses for step in part.steps))
+        named |= {word for line in results for word in OPERAND.findall(line)}
+        return replace(part, live_in={name: slot for name, slot in part.live_in.items() if name in named})
 
     def _once_part(self, part: Part, constants: Sequence[str]) -> PartText:
         lines = [*self._of_parameters({"p": self.indices}, part.uses), *self._lines(part, self.once_writer)]

@@ -68,6 +68,15 @@ class Outline:
         """The stretches that stay as they are."""
         return [piece for piece in self.pieces if isinstance(piece, Part)]
 
+    @property
+    def length(self) -> int:
+        """About how many lines it takes: statements, variables handed on, arguments of calls."""
+        of_functions = sum(
+            one.blocks[0].size + len(one.blocks[0].read) + len(one.written.entries) for one in self.functions
+        )
+        of_parts = sum(len(part.steps) + len(part.live_in) + len(part.live_out) for part in self.parts)
+        return of_functions + of_parts + sum(len(one.blocks) * (len(one.read) + 1) for one in self.functions)
+
 
 def outline(
     steps: Sequence[Step],

@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 from symoro_elastic.symbolic.program import Section
 
-LONGEST_BLOCK = 150
+LONGEST_BLOCKS = (150, 50)
+"""Statements of a block at most: long blocks need few calls, but of many kinds of work few repeat as a whole."""
 FEWEST_PAIRS = 3
-"""Statements of a block, and times that a pair occurs where it becomes one."""
+"""Times that a pair occurs where it becomes one work."""
 NEVER = (0, 0)
 APART = -1
 """In place of the kind of a pair that is not merged."""
@@ -50,7 +51,7 @@ def blocks(
     statements: Sequence[tuple[str, str]],
     sections: Sequence[Section],
     operands: Collection[str],
-    longest: int = LONGEST_BLOCK,
+    longest: int = LONGEST_BLOCKS[0],
 ) -> list[Block]:
     """Return the statements (name, right side) as blocks, as long as there are others of their kind.
 

@@ -29,12 +29,16 @@ from tests.generated_code import STRICT
 pytestmark = pytest.mark.sampled(5)
 
 INVERSE, DIRECT = "inverse_dynamics", "direct_dynamics"
+DERIVED = "inverse_dynamics_derivatives"
+BOTH = (INVERSE, DIRECT)
 CASES = {
-    "chain": (chain, 14, (), DOUBLE),
-    "folded": (chain, 14, ALL, DOUBLE),
-    "single": (chain, 10, (), SINGLE),
-    "mixed": (chain, 10, ALL, MIXED),
-    "tree": (lambda _: humanoid(), 29, (), DOUBLE),
+    "chain": (chain, 14, (), DOUBLE, BOTH),
+    "folded": (chain, 14, ALL, DOUBLE, BOTH),
+    "single": (chain, 10, (), SINGLE, BOTH),
+    "mixed": (chain, 10, ALL, MIXED, BOTH),
+    "tree": (lambda _: humanoid(), 29, (), DOUBLE, BOTH),
+    "large results": (chain, 9, (), DOUBLE, (DERIVED,)),
+    "large results, mixed": (chain, 9, ALL, MIXED, (DERIVED,)),
 }
 
 
@@ -51,13 +55,14 @@ def outlined(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_functions_give_the_bits_of_straight_lines(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    build, n, fold, precision = CASES[case]
-    package = programs(build(n), Scene(models=(INVERSE, DIRECT), fold=fold)).package
+    build, n, fold, precision, models = CASES[case]
+    package = programs(build(n), Scene(models=models, fold=fold)).package
     straight = loaded(package, precision, tmp_path / "straight")
     monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
     in_functions = loaded(package, precision, tmp_path / "functions")
-    called = calls(render_c(package, precision))
-    assert called > 5
+    files = render_c(package, precision)
+    assert calls(files) > 5
+    assert ("place[k][1]" in "".join(files.values())) == (DERIVED in models)
     for function in package.functions:
         random = np.random.default_rng(5)
         state = {a.name: random.uniform(-2, 2, (20, a.size)) for a in function.arguments}

@@ -59,7 +59,7 @@ LIBRARY = words(
     """
 )
 """Functions and macros of the standard library, and keywords and macros of compilers."""
-OWN = words("p c spill sine cosine angle sign torque q_s v_s w_q w_v force_rate pushed qdd_pushed")
+OWN = words("p c place spill sine cosine angle sign torque q_s v_s w_q w_v force_rate pushed qdd_pushed")
 """Identifiers of the templates that a user's name could hide."""
 
 
