@@ -28,7 +28,7 @@ SINCOS = ("sine", "cosine")
 PER_JOINT, PER_MOTOR = ("q", "qd", "qdd", "H"), ("tau", "qdd_motor")
 """Arrays with an entry for each joint whose variable is independent, each motor."""
 OUTLINED_FROM = 2000
-"""Statements of a program from which on blocks that repeat become functions."""
+"""Statements of a program of one state from which on blocks that repeat become functions."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ class CFunction:
 
     def _outline(self, at_end: frozenset[str]) -> Outline | None:
         """Blocks that repeat as functions, where the program is long and its form allows it."""
-        if len(self.steps) < OUTLINED_FROM or not self.form.outlined:
+        if not self.form.outlined or len(self.steps) < self.form.outlined * OUTLINED_FROM:
             return None
         texts = [(step.statement.name, self.printer.text_of(step.statement).text) for step in self.steps]
         named = [literal for step in self.steps for literal in self.printer.named(step.statement)]
@@ -171,6 +171,11 @@ class CFunction:
         taken |= {p.symbol for p in package.parameters} | {*SINCOS, "angle", SPILL, "c"}
         written, constants = self.printer.written, self.function.constants
         self.printer.literals = Literals(constants, written, taken, package.joint_names, package.antecedents)
+
+    def type_of(self, array: str) -> str:
+        """The type of the entries of an array that functions for blocks that repeat are given."""
+        types = {one.name: one.type for one in self.read} | {SPILL: self.form.number}
+        return types.get(array, self.form.real)
 
     @property
     def c_written(self) -> list[Array]:

@@ -48,9 +48,10 @@ class Form:
 
     `real` is the type of what depends on parameters only; `sincos` are the lines that find sines and cosines;
     `pair` begins the names of functions on sums of two doubles. Functions on many `states` are given their number.
-    `operand` is how an operand of a function is written, if not a variable. Where it is `outlined`, blocks that repeat
-    in long programs are functions, whose arguments are places in arrays. Functions that leave rows do not store
-    entries that repeat others, where these are many: rows of many states are written after them.
+    `operand` is how an operand of a function is written, if not a variable. Blocks that repeat
+    in long programs are functions, whose arguments are places in arrays: from `outlined` times as many statements on as
+    for one state, nowhere if it is 0. Functions that leave rows do not store entries that repeat others, where these
+    are many: rows of many states are written after them.
     """
 
     number: str
@@ -66,7 +67,7 @@ class Form:
     pair: str = ""
     states: str = ""
     operand: str = "{}"
-    outlined: bool = False
+    outlined: int = 0
     leaves_rows: bool = False
 
 

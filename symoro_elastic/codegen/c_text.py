@@ -184,12 +184,13 @@ def _stack(function: CFunction) -> str:
 # Repeated blocks of a long model as static functions of C, and the calls of them.
 @dataclass(frozen=True)
 class OutlinedText:
-    """A static function: its name, head, body, and the names of its arguments."""
+    """A static function: its name, head, body, the names of its arguments, whether it is given the number of states."""
 
     name: str
     head: str
     body: str
     pointers: dict[str, Pointer]
+    has_states: bool
 
 
 class COutline:
@@ -204,6 +205,7 @@ class COutline:
         text, block = self.texts[call.function], self.outline.functions[call.function].blocks[call.number]
         work = comment(f"{self._work(self._sections(block.first, block.size))}.", INDENT)
         arguments = [self._place(text, pointer, call.number) for pointer in text.pointers.values()]
+        arguments = [self.function.form.states, *arguments] if text.has_states else arguments
         return f"{work}\n{with_arguments(f'{INDENT}{text.name}', arguments, ');')}"
 
     def tables(self) -> Iterator[str]:
@@ -211,7 +213,7 @@ class COutline:
         for text, outlined in zip(self.texts, self.outline.functions, strict=True):
             numbers = [self.function.literals[name].text for row in outlined.numbers for name in row]
             if numbers:
-                head = f"{INDENT}static const {self.function.form.real} {text.name}_numbers[{len(numbers)}] = "
+                head = f"{INDENT}static const {self.function.type_of(NUMBERS)} {text.name}_numbers[{len(numbers)}] = "
                 yield statement(head, f"{{{', '.join(numbers)}}};")
 
     def _place(self, text: OutlinedText, pointer: Pointer, number: int) -> str:
@@ -219,7 +221,12 @@ class COutline:
         if pointer.array == "p":
             return f"p + {list(self.function.indices.values())[start]}"
         array = f"{text.name}_numbers" if pointer.array == NUMBERS else pointer.array
-        return f"{array} + {start}" if start else array
+        apart = f"{start}*{self.function.form.states}" if self._is_of_states(pointer) else f"{start}"
+        return f"{array} + {apart}" if start else array
+
+    def _is_of_states(self, pointer: Pointer) -> bool:
+        """Whether its entries are apart by the number of states."""
+        return bool(self.function.form.states) and pointer.array in self.function.entries
 
     def _sections(self, first: int, size: int) -> list[Section]:
         steps = self.function.steps[first : first + size]
@@ -230,13 +237,14 @@ class COutline:
         sections = self._sections(first.first, first.size)
         name = f"{function.name}_{_short(sections[0].title)}_{position + 1}"
         pointers = self._named((*outlined.read, outlined.written))
-        types = {SPILL: function.form.number, **{a.name: a.type for a in function.read}}
-        declared = [f"const {types.get(p.array, function.form.real)} *{n}" for n, p in pointers.items()]
+        declared = [f"const {function.type_of(p.array)} *{n}" for n, p in pointers.items()]
         declared[-1] = declared[-1].removeprefix("const ")
+        has_states = any(map(self._is_of_states, pointers.values()))
+        declared = [f"size_t {function.form.states}", *declared] if has_states else declared
         times = len(outlined.blocks)
         about = f"{self._work(sections)}. Called {times} times: names are those of the first call."
         lines = [comment(about, INDENT), *self._lines(outlined, pointers)]
-        return OutlinedText(name, with_arguments(f"void {name}", declared), "\n".join(lines), pointers)
+        return OutlinedText(name, with_arguments(f"void {name}", declared), "\n".join(lines), pointers, has_states)
 
     def _named(self, pointers: Sequence[Pointer]) -> dict[str, Pointer]:
         """Pointers by names of their own: that of the array, or of the first variable among those handed on."""
@@ -266,10 +274,11 @@ class COutline:
     def _read(self, name: str, pointer: Pointer) -> list[str]:
         if pointer.array in SINCOS:
             return []
-        form = self.function.form
+        function, form = self.function, self.function.form
         own = {SPILL: "{array}[{k}]", NUMBERS: "{array}[{k}]", "p": form.load_parameter, "c": form.load_parameter}
         entries = {entry: str(k) for entry, k in sorted(pointer.entries.items(), key=lambda entry: entry[1])}
-        return self.function.writer.unpack({name: entries}, entries, {name: own.get(pointer.array, form.load)})
+        writer = function.once_writer if pointer.array in (NUMBERS, "p", "c") else function.writer
+        return writer.unpack({name: entries}, entries, {name: own.get(pointer.array, form.load)})
 
     def _work(self, sections: Sequence[Section]) -> str:
         """`Forward recursion: velocities, joints 4 to 6 [7], [14]`."""

@@ -138,7 +138,7 @@ def files_of(text: SourceText) -> Files:
 
 def source_text(package: Package, precision: Precision) -> SourceText:
     """What the templates are given for a package."""
-    form = replace(scalar_form(package, precision), outlined=not precision.is_pair)
+    form = replace(scalar_form(package, precision), outlined=int(not precision.is_pair))
     functions = [CFunction(package, function, precision, form) for function in package.functions]
     texts = tuple(map(function_text, functions))
     has_angles = any(function.angles for function in functions)

@@ -80,6 +80,7 @@ def vector_form(package: Package, precision: Precision) -> Form:
         functions={name: f"{name}_lanes" for name in FUNCTIONS},
         sincos=("sincos_lanes({count}U, angle, sine, cosine);",),
         states="states",
+        outlined=2,
         leaves_rows=True,
     )
 

@@ -92,6 +92,7 @@ FORM = Form(
     load_parameter=f"{SCALAR}({{array}}[{{k}}])",
     sincos=("detail::sines_and_cosines({count}U, angle, sine, cosine);",),
     operand=f"{SCALAR}({{}})",
+    outlined=1,
 )
 
 
@@ -100,6 +101,9 @@ class _CppFunction(CFunction):
 
     def _of_parameters(self, groups: Mapping[str, Indices], used: Iterator[str]) -> list[str]:  # type: ignore[override]
         return self.once_writer.unpack(groups, used, dict.fromkeys(groups, self.form.load_parameter))
+
+    def type_of(self, array: str) -> str:
+        return PARAMETER if array in ("p", "c") else super().type_of(array)
 
     def stack(self) -> int:
         """Bytes of the work arrays of a call on doubles."""
