@@ -367,7 +367,7 @@ def driver(header: str, name: str, shorter: str = "") -> str:
     constants = ""
     for function, arguments in re.findall(r"^void (\w+)\(([^)]*)\);", header, re.MULTILINE):
         names = re.findall(r"(const )?double \*?(\w+)", arguments)
-        is_batch = function.endswith("_batch")
+        is_batch = function.endswith(("_batch", "_batch_threads"))
         constants = f"{function.removesuffix('_prepared').removesuffix('_prepare').upper()}_CONSTANTS"
         lines.append("    {")
         for _, array in names:

@@ -14,9 +14,25 @@
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
+#ifdef _OPENMP
+#include <omp.h>
+#endif
 
 #include "planar_2r.h"
 #include "planar_2r_batch.h"
+
+#ifdef _OPENMP
+#define PIECE 32U /* states: no vector is longer */
+
+/* The states of this thread: whole pieces one after another, the last thread takes what is left. */
+static void share(size_t states, size_t *start, size_t *end)
+{
+    const size_t threads = (size_t)omp_get_num_threads(), thread = (size_t)omp_get_thread_num();
+    const size_t pieces = (states < PIECE) ? 1U : states/PIECE;
+    *start = pieces*thread/threads*PIECE;
+    *end = (thread + 1U == threads) ? states : pieces*(thread + 1U)/threads*PIECE;
+}
+#endif
 
 #define EXACT_TYPES ((FLT_EVAL_METHOD == 0) || (FLT_EVAL_METHOD == 16)) /* numbers are no longer than their type */
 #if EXACT_TYPES && (defined(__clang__) || __GNUC__ >= 9)
@@ -418,24 +434,51 @@ static void planar_2r_direct_dynamics_one(
     }
 }
 
-void planar_2r_direct_dynamics_batch(
-    size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
+/* The states from start to end. */
+static void planar_2r_direct_dynamics_from_to(
+    size_t states, size_t start, size_t end, const double *q, const double *qd, const double *tau, const double *p,
+    const double *c, double *qdd)
 {
-    double c[PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS];
-    planar_2r_direct_dynamics_prepare(p, c);
-    size_t first = 0;
+    size_t first = start;
 #ifdef WIDTH
-    while (states >= WIDTH && first < states) {
-        if (first + WIDTH > states) {
-            first = states - WIDTH; /* The last ones overlap with those before. */
+    while (end - start >= WIDTH && first < end) {
+        if (first + WIDTH > end) {
+            first = end - WIDTH; /* The last ones overlap with those before. */
         }
         planar_2r_direct_dynamics_lanes(states, q + first, qd + first, tau + first, p, c, qdd + first);
         first += WIDTH;
     }
 #endif
-    for (; first < states; first++) {
+    for (; first < end; first++) {
         planar_2r_direct_dynamics_one(states, q + first, qd + first, tau + first, p, c, qdd + first);
     }
+}
+
+void planar_2r_direct_dynamics_batch(
+    size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
+{
+    double c[PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS];
+    planar_2r_direct_dynamics_prepare(p, c);
+    planar_2r_direct_dynamics_from_to(states, 0, states, q, qd, tau, p, c, qdd);
+}
+
+void planar_2r_direct_dynamics_batch_threads(
+    size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd)
+{
+    double c[PLANAR_2R_DIRECT_DYNAMICS_CONSTANTS];
+    planar_2r_direct_dynamics_prepare(p, c);
+#ifdef _OPENMP
+#pragma omp parallel
+    {
+        size_t start, end;
+        share(states, &start, &end);
+        if (start < end) {
+            planar_2r_direct_dynamics_from_to(states, start, end, q, qd, tau, p, c, qdd);
+        }
+    }
+#else
+    planar_2r_direct_dynamics_from_to(states, 0, states, q, qd, tau, p, c, qdd);
+#endif
 }
 
 /* One state, by the function for one state. */
@@ -467,27 +510,55 @@ static void planar_2r_inverse_dynamics_one(
     }
 }
 
-void planar_2r_inverse_dynamics_batch(
-    size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau,
-    double *qdd)
+/* The states from start to end. */
+static void planar_2r_inverse_dynamics_from_to(
+    size_t states, size_t start, size_t end, const double *q, const double *qd, const double *qdd_motor,
+    const double *p, const double *c, double *tau, double *qdd)
 {
-    double c[PLANAR_2R_INVERSE_DYNAMICS_CONSTANTS];
-    planar_2r_inverse_dynamics_prepare(p, c);
-    size_t first = 0;
+    size_t first = start;
 #ifdef WIDTH
-    while (states >= WIDTH && first < states) {
-        if (first + WIDTH > states) {
-            first = states - WIDTH; /* The last ones overlap with those before. */
+    while (end - start >= WIDTH && first < end) {
+        if (first + WIDTH > end) {
+            first = end - WIDTH; /* The last ones overlap with those before. */
         }
         planar_2r_inverse_dynamics_lanes(
             states, q + first, qd + first, qdd_motor + first, p, c, tau + first, qdd + first);
         first += WIDTH;
     }
 #endif
-    for (; first < states; first++) {
+    for (; first < end; first++) {
         planar_2r_inverse_dynamics_one(
             states, q + first, qd + first, qdd_motor + first, p, c, tau + first, qdd + first);
     }
+}
+
+void planar_2r_inverse_dynamics_batch(
+    size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau,
+    double *qdd)
+{
+    double c[PLANAR_2R_INVERSE_DYNAMICS_CONSTANTS];
+    planar_2r_inverse_dynamics_prepare(p, c);
+    planar_2r_inverse_dynamics_from_to(states, 0, states, q, qd, qdd_motor, p, c, tau, qdd);
+}
+
+void planar_2r_inverse_dynamics_batch_threads(
+    size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau,
+    double *qdd)
+{
+    double c[PLANAR_2R_INVERSE_DYNAMICS_CONSTANTS];
+    planar_2r_inverse_dynamics_prepare(p, c);
+#ifdef _OPENMP
+#pragma omp parallel
+    {
+        size_t start, end;
+        share(states, &start, &end);
+        if (start < end) {
+            planar_2r_inverse_dynamics_from_to(states, start, end, q, qd, qdd_motor, p, c, tau, qdd);
+        }
+    }
+#else
+    planar_2r_inverse_dynamics_from_to(states, 0, states, q, qd, qdd_motor, p, c, tau, qdd);
+#endif
 }
 
 /* One state, by the function for one state. */
@@ -505,23 +576,48 @@ static void planar_2r_inertia_matrix_one(size_t states, const double *q, const d
     }
 }
 
-void planar_2r_inertia_matrix_batch(size_t states, const double *q, const double *p, double *A)
+/* The states from start to end. */
+static void planar_2r_inertia_matrix_from_to(
+    size_t states, size_t start, size_t end, const double *q, const double *p, const double *c, double *A)
 {
-    double c[PLANAR_2R_INERTIA_MATRIX_CONSTANTS];
-    planar_2r_inertia_matrix_prepare(p, c);
-    size_t first = 0;
+    size_t first = start;
 #ifdef WIDTH
-    while (states >= WIDTH && first < states) {
-        if (first + WIDTH > states) {
-            first = states - WIDTH; /* The last ones overlap with those before. */
+    while (end - start >= WIDTH && first < end) {
+        if (first + WIDTH > end) {
+            first = end - WIDTH; /* The last ones overlap with those before. */
         }
         planar_2r_inertia_matrix_lanes(states, q + first, p, c, A + first);
         first += WIDTH;
     }
 #endif
-    for (; first < states; first++) {
+    for (; first < end; first++) {
         planar_2r_inertia_matrix_one(states, q + first, p, c, A + first);
     }
+}
+
+void planar_2r_inertia_matrix_batch(size_t states, const double *q, const double *p, double *A)
+{
+    double c[PLANAR_2R_INERTIA_MATRIX_CONSTANTS];
+    planar_2r_inertia_matrix_prepare(p, c);
+    planar_2r_inertia_matrix_from_to(states, 0, states, q, p, c, A);
+}
+
+void planar_2r_inertia_matrix_batch_threads(size_t states, const double *q, const double *p, double *A)
+{
+    double c[PLANAR_2R_INERTIA_MATRIX_CONSTANTS];
+    planar_2r_inertia_matrix_prepare(p, c);
+#ifdef _OPENMP
+#pragma omp parallel
+    {
+        size_t start, end;
+        share(states, &start, &end);
+        if (start < end) {
+            planar_2r_inertia_matrix_from_to(states, start, end, q, p, c, A);
+        }
+    }
+#else
+    planar_2r_inertia_matrix_from_to(states, 0, states, q, p, c, A);
+#endif
 }
 
 /* One state, by the function for one state. */
@@ -544,23 +640,49 @@ static void planar_2r_bias_forces_one(
     }
 }
 
-void planar_2r_bias_forces_batch(size_t states, const double *q, const double *qd, const double *p, double *H)
+/* The states from start to end. */
+static void planar_2r_bias_forces_from_to(
+    size_t states, size_t start, size_t end, const double *q, const double *qd, const double *p, const double *c,
+    double *H)
 {
-    double c[PLANAR_2R_BIAS_FORCES_CONSTANTS];
-    planar_2r_bias_forces_prepare(p, c);
-    size_t first = 0;
+    size_t first = start;
 #ifdef WIDTH
-    while (states >= WIDTH && first < states) {
-        if (first + WIDTH > states) {
-            first = states - WIDTH; /* The last ones overlap with those before. */
+    while (end - start >= WIDTH && first < end) {
+        if (first + WIDTH > end) {
+            first = end - WIDTH; /* The last ones overlap with those before. */
         }
         planar_2r_bias_forces_lanes(states, q + first, qd + first, p, c, H + first);
         first += WIDTH;
     }
 #endif
-    for (; first < states; first++) {
+    for (; first < end; first++) {
         planar_2r_bias_forces_one(states, q + first, qd + first, p, c, H + first);
     }
+}
+
+void planar_2r_bias_forces_batch(size_t states, const double *q, const double *qd, const double *p, double *H)
+{
+    double c[PLANAR_2R_BIAS_FORCES_CONSTANTS];
+    planar_2r_bias_forces_prepare(p, c);
+    planar_2r_bias_forces_from_to(states, 0, states, q, qd, p, c, H);
+}
+
+void planar_2r_bias_forces_batch_threads(size_t states, const double *q, const double *qd, const double *p, double *H)
+{
+    double c[PLANAR_2R_BIAS_FORCES_CONSTANTS];
+    planar_2r_bias_forces_prepare(p, c);
+#ifdef _OPENMP
+#pragma omp parallel
+    {
+        size_t start, end;
+        share(states, &start, &end);
+        if (start < end) {
+            planar_2r_bias_forces_from_to(states, start, end, q, qd, p, c, H);
+        }
+    }
+#else
+    planar_2r_bias_forces_from_to(states, 0, states, q, qd, p, c, H);
+#endif
 }
 
 /* One state, by the function for one state. */
@@ -578,19 +700,42 @@ static void planar_2r_geometric_model_one(size_t states, const double *q, const 
     }
 }
 
-void planar_2r_geometric_model_batch(size_t states, const double *q, const double *p, double *T)
+/* The states from start to end. */
+static void planar_2r_geometric_model_from_to(
+    size_t states, size_t start, size_t end, const double *q, const double *p, double *T)
 {
-    size_t first = 0;
+    size_t first = start;
 #ifdef WIDTH
-    while (states >= WIDTH && first < states) {
-        if (first + WIDTH > states) {
-            first = states - WIDTH; /* The last ones overlap with those before. */
+    while (end - start >= WIDTH && first < end) {
+        if (first + WIDTH > end) {
+            first = end - WIDTH; /* The last ones overlap with those before. */
         }
         planar_2r_geometric_model_lanes(states, q + first, p, T + first);
         first += WIDTH;
     }
 #endif
-    for (; first < states; first++) {
+    for (; first < end; first++) {
         planar_2r_geometric_model_one(states, q + first, p, T + first);
     }
+}
+
+void planar_2r_geometric_model_batch(size_t states, const double *q, const double *p, double *T)
+{
+    planar_2r_geometric_model_from_to(states, 0, states, q, p, T);
+}
+
+void planar_2r_geometric_model_batch_threads(size_t states, const double *q, const double *p, double *T)
+{
+#ifdef _OPENMP
+#pragma omp parallel
+    {
+        size_t start, end;
+        share(states, &start, &end);
+        if (start < end) {
+            planar_2r_geometric_model_from_to(states, start, end, q, p, T);
+        }
+    }
+#else
+    planar_2r_geometric_model_from_to(states, 0, states, q, p, T);
+#endif
 }

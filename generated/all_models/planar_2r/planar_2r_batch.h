@@ -5,7 +5,7 @@
  * The licence of the generator does not cover this file: use it under any licence you like.
  *
  * Arguments as in planar_2r.h; entry k of state s of an input or result is at [k*states + s]. A number of states that
- * is a large power of two makes caches slow.
+ * is a large power of two makes caches slow. _batch_threads: the same on all cores, where -fopenmp is given.
  */
 #ifndef PLANAR_2R_BATCH_H
 #define PLANAR_2R_BATCH_H
@@ -18,16 +18,24 @@ extern "C" {
 
 void planar_2r_direct_dynamics_batch(
     size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
+void planar_2r_direct_dynamics_batch_threads(
+    size_t states, const double *q, const double *qd, const double *tau, const double *p, double *qdd);
 
 void planar_2r_inverse_dynamics_batch(
     size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau,
     double *qdd);
+void planar_2r_inverse_dynamics_batch_threads(
+    size_t states, const double *q, const double *qd, const double *qdd_motor, const double *p, double *tau,
+    double *qdd);
 
 void planar_2r_inertia_matrix_batch(size_t states, const double *q, const double *p, double *A);
+void planar_2r_inertia_matrix_batch_threads(size_t states, const double *q, const double *p, double *A);
 
 void planar_2r_bias_forces_batch(size_t states, const double *q, const double *qd, const double *p, double *H);
+void planar_2r_bias_forces_batch_threads(size_t states, const double *q, const double *qd, const double *p, double *H);
 
 void planar_2r_geometric_model_batch(size_t states, const double *q, const double *p, double *T);
+void planar_2r_geometric_model_batch_threads(size_t states, const double *q, const double *p, double *T);
 
 #ifdef __cplusplus
 }

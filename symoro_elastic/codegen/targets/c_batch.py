@@ -23,7 +23,7 @@ LARGE_STACK = 64_000
 OWN = words(
     """
     LOAD LOAD_ANGLE STORE NARROW WIDTH VECTOR VECTOR_BYTES INLINE NOINLINE EXACT_TYPES LARGEST_ANGLE numbers angles bits
-    ROW number_bits states stored load_lanes sincos_near sincos_lanes sincos_large_angles
+    ROW PIECE share number_bits states stored load_lanes sincos_near sincos_lanes sincos_large_angles
     """
 ) | {f"{name}_lanes" for name in FUNCTIONS}
 """Macros and identifiers of the templates."""
@@ -31,11 +31,18 @@ OWN = words(
 
 @dataclass(frozen=True)
 class BatchFunction:
-    """A model: heads and bodies of the function that users call, of those for a state, on vectors, and on rows."""
+    """A model: heads and bodies of the functions that users call, of those for a state, on vectors, and on rows.
+
+    `of_range` is the head of the function for some of the states, by which the others are computed.
+    """
 
     title: str
     stack: str
     prototype: str
+    in_threads: str
+    of_range: str
+    whole_call: str
+    share_call: str
     name: str
     constants: str
     in_vectors: tuple[Routine, ...]
@@ -115,12 +122,16 @@ def _function(function: CFunction) -> BatchFunction:
     lanes = f"{function.name}_lanes"
     pair = function.precision.is_pair
     c = function.c[0] if function.c else None
+    arguments = ["size_t states", *(a.pointer() for a in function.signature)]
+    ranged = ["size_t states", "size_t start", "size_t end", *(a.pointer() for a in function.arrays)]
     return BatchFunction(
         title=function.function.title,
         stack=_stack(function),
-        prototype=with_arguments(
-            f"void {function.name}_batch", ["size_t states", *(a.pointer() for a in function.signature)]
-        ),
+        prototype=with_arguments(f"void {function.name}_batch", arguments),
+        in_threads=with_arguments(f"void {function.name}_batch_threads", arguments),
+        of_range=with_arguments(f"static void {_of_range(function)}", ranged),
+        whole_call=_range_call(function, INDENT, "0", "states"),
+        share_call=_range_call(function, INDENT * 3, "start", "end"),
         name=function.name,
         constants=c.size if c else "",
         in_vectors=() if pair else tuple(working(function, lanes)),
@@ -130,6 +141,16 @@ def _function(function: CFunction) -> BatchFunction:
         one=_one(function),
         one_call=_moved_call(function, f"{function.name}_one"),
     )
+
+
+def _of_range(function: CFunction) -> str:
+    return f"{function.name}_from_to"
+
+
+def _range_call(function: CFunction, indent: str, start: str, end: str) -> str:
+    """The call for the states from one to another."""
+    arguments = ["states", start, end, *(a.name for a in function.arrays)]
+    return with_arguments(f"{indent}{_of_range(function)}", arguments, ");")
 
 
 def _moved_call(function: CFunction, name: str) -> str:
