@@ -36,7 +36,7 @@ from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
 from tests.benchmarks import nvrtc
 from tests.benchmarks.cuda_driver import Device, DriverError
-from tests.benchmarks.machines import arm_6, arm_7, example, two_axis
+from tests.benchmarks.machines import arm_6, arm_7, chain, example, two_axis
 from tests.benchmarks.ours import FAST
 from tests.benchmarks.tables import print_table, progress
 from tests.codegen.cuda_on_host import FLAGS, on_host
@@ -50,6 +50,8 @@ MACHINES: dict[str, Callable[[], Machine]] = {
     "SR400, a closed loop": lambda: creeping(example("sr400.par")),
     "7R arm on a floating base": lambda: on(arm_7()),
 }
+LONG = "chain of 30 joints"
+"""Its parameters are free: what depends on them only can be done in a launch of its own."""
 ARCHITECTURES = (70, 75, 80, 86, 89, 90, 100, 120)
 FUSED = ("-O2", "-ffp-contract=fast", "-march=native")
 SEEN = (1_000, 10_000, 100_000, 1_000_000)
@@ -66,6 +68,8 @@ class Case:
 
     @cached_property
     def package(self) -> Package:
+        if self.title == LONG:
+            return trace_models(chain(30), Scene(models=MODELS[:2])).package
         return trace_models(MACHINES[self.title](), Scene(models=MODELS, steps=self.steps, fold=ALL)).package
 
     @property
@@ -114,7 +118,7 @@ def registers(precision: Precision) -> None:
     """Registers of a thread and bytes that it spills, by kernel and architecture."""
     known = [one for one in ARCHITECTURES if one in nvrtc.architectures()]
     cells: dict[tuple[str, str], list[str]] = {}
-    for title in progress(list(MACHINES), "compile"):
+    for title in progress([*MACHINES, LONG], "compile"):
         case = Case(title, precision, ("w3",))
         files = case.files
         for architecture in known:
