@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.codegen import c_function
+from symoro_elastic.codegen import c_function, c_results
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, SINGLE, Precision
@@ -62,6 +62,7 @@ def test_functions_give_the_bits_of_straight_lines(case: str, tmp_path: Path, mo
     package = programs(build(n), Scene(models=models, fold=fold)).package
     straight = loaded(package, precision, tmp_path / "straight")
     monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
+    monkeypatch.setattr(c_results, "FEWEST", 64)
     in_functions = loaded(package, precision, tmp_path / "functions")
     files = render_c(package, precision)
     assert calls(files) > 5
@@ -83,6 +84,7 @@ def test_batches_in_functions_give_the_bits_of_straight_lines(
     package = programs(build(n), Scene(models=models, fold=fold)).package
     straight = loaded(package, precision, tmp_path / "straight")
     monkeypatch.setattr(c_function, "OUTLINED_FROM", 0)
+    monkeypatch.setattr(c_results, "FEWEST", 64)
     files = render_c_batch(package, precision)
     assert calls(files, "_batch.c") > 5
     batch = loaded(package, precision, tmp_path / "functions", files)
