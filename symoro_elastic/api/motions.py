@@ -20,7 +20,7 @@ from symoro_elastic.foundation.progress import Announce, Progress, announce_noth
 from symoro_elastic.machine.restrict import restrict
 
 if TYPE_CHECKING:
-    from symoro_elastic.analysis.ladder.rung import Ladder
+    from symoro_elastic.analysis.ladder.climbed import Ladder
     from symoro_elastic.analysis.simulation.reference_motion import Reference
     from symoro_elastic.analysis.simulation.simulate import Request
     from symoro_elastic.analysis.simulation.simulated import Simulation
@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 
 NOTHING_TO_INTEGRATE = "every joint is a motor that follows exactly: leave it out, or give the motors servos"
+NO_TERMS = (
+    "a model that is simulated loses whole numbers, not terms, by which power is made from nothing; the tolerances are "
+    "those of [wanted]: leave out within"
+)
 NEITHER = "choose even steps (--method, --step) or adapted ones (--adaptive)"
 
 
@@ -116,17 +120,23 @@ def simulate(machine: MachineLike, options: Simulating) -> list[Simulation]:
 def ladder(machine: MachineLike, options: Climbing) -> Ladder:
     """Return which springs, method and step the motions of a scene require, with errors predicted and measured.
 
-    The scene has tables [motion] and [wanted] with a tolerance. Raises `InputError`.
+    The scene has tables [motion] and [wanted] with a tolerance. With `budget` numbers of bodies, steps and precision
+    share the tolerance with springs: `budget` of the result. Raises `InputError`.
     """
     from symoro_elastic.analysis.ladder.rungs import ladder as ladder_of
     from symoro_elastic.analysis.simulation.tolerances import tolerances
 
     whole = the_machine(machine)
-    kept = replace(restrict(whole, SceneRequest().of(whole, options.scene)), forces=())
+    scene = SceneRequest().of(whole, options.scene)
+    kept = replace(restrict(whole, scene), forces=())
     asked = required_motions(kept, options.scene)
     wanted = _tolerated(asked)
+    if options.budget and scene.within:
+        raise InputError(asked.source, "scene, within", NO_TERMS)
     motions = _from_box(asked.motions, options.box or {}, options.starts, kept)
-    return ladder_of(kept, motions, tolerances(wanted, kept), wanted.period, options.announce, options.progress)
+    return ladder_of(
+        kept, motions, tolerances(wanted, kept), wanted.period, options.announce, options.progress, options.budget
+    )
 
 
 def predicted_ladder(machine: MachineLike, scene: str | Path | Mapping[str, Any]) -> Ladder | None:

@@ -462,6 +462,10 @@ class Climbing(Options, kw_only=False):
         20, "N", "Positions in the ranges of --box that are tried, a Latin hypercube.", kinds.WHOLE,
         least=1, most=1000,
     )  # fmt: skip
+    budget: bool = switch(
+        "Spend the tolerances on springs, numbers of bodies, steps and precision together, whichever saves the most "
+        "operations for its error, and simulate the model at the end."
+    )
     announce: Announce = announce_row()
     progress: Progress = progress_row()
 

@@ -21,7 +21,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import COLUMNS, SCENES
 
 if TYPE_CHECKING:
-    from symoro_elastic.analysis.ladder.rung import Ladder
+    from symoro_elastic.analysis.ladder.climbed import Ladder
     from symoro_elastic.analysis.simulation.simulated import Simulation
     from symoro_elastic.api.motions import Plan
     from symoro_elastic.foundation.pictures import Figures
@@ -134,10 +134,14 @@ def _periods(simulated: Simulation, wanted: Wanted | None) -> list[str]:
 
 
 class ReducedScene(Options):
-    """Where the scene of the chosen rung is saved."""
+    """Where the scene of the advised model is saved."""
 
     save: str | None = option(
-        None, "FILE", "Save the scene of the chosen rung: .toml.", kinds.output_file(*SCENES), formerly=("--out",)
+        None,
+        "FILE",
+        "Save the scene of the chosen rung, or of --budget: .toml.",
+        kinds.output_file(*SCENES),
+        formerly=("--out",),
     )
 
 
@@ -177,6 +181,8 @@ def _print_ladder(climbed: Ladder, scene: str, wanted: Wanted | None) -> None:
         print_table(springs_table(climbed))
     lines = [advice(climbed), period_of(climbed, wanted) if wanted else "", arithmetic_line(climbed)]
     click.echo("\n".join(line for line in lines if line))
+    if climbed.budget:
+        print_parts(climbed.budget.parts())
 
 
 def _write_reduced(climbed: Ladder, whole: DescribedMachine, asked: Scene, wanted: Wanted | None, path: str) -> None:

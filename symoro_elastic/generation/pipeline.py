@@ -440,7 +440,7 @@ def found_degeneracies(machine: Machine, scene: Scene) -> list[tuple[str, str]]:
 
 def is_part(scene: Scene) -> bool:
     """Whether a scene asks for less than the whole machine."""
-    held = scene.locked or scene.static or scene.condense
+    held = scene.locked or scene.static or scene.condense or scene.zero
     return bool(scene.outputs or held or scene.fold or not scene.gravity)
 
 

@@ -15,6 +15,7 @@ from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.machine.restrict import refuse_locking
 from symoro_elastic.machine.scene import Offer, Parts, RequestedPart, Scene
 from symoro_elastic.machine.static_springs import Positions, without_spring
+from symoro_elastic.machine.zeroed import refuse_unknown
 from symoro_elastic.quantities.time_steps import TimeStep
 
 Position = TypeVar("Position", bound=Formula | None)
@@ -44,6 +45,7 @@ def resolve(scene: Scene, machine: Machine, models: Models | None = None, source
     static = _by_name(scene.static, joints, source, "static")
     _check_locked(locked, machine, source)
     _check_static(static, locked, machine, source)
+    refuse_unknown(machine, scene.zero, source)
     forces = _frames(scene.forces, machine, source)
     for name in scene.steps:
         _known(name, list(TimeStep), "time step", source, "steps")

@@ -15,10 +15,11 @@ from symoro_elastic.machine.machine import NO_VECTOR, Friction, Joint, Kind, Mac
 from symoro_elastic.machine.scene import ALL, RequestedPart, Scene
 from symoro_elastic.machine.series_springs import condense
 from symoro_elastic.machine.static_springs import held_positions, refuse_static, static_rows
+from symoro_elastic.machine.zeroed import with_zeros
 
 
 def restrict(machine: AnyMachine, scene: Scene) -> AnyMachine:
-    """The machine with the joints of the scene held, springs condensed and gravity left out if the scene says so.
+    """The machine with the joints of the scene held, springs condensed, gravity and numbers left out that it names.
 
     The variable of a locked joint is a constant in the cells of other joints too; the joint is a fixed frame, or
     coupled where its cell holds the variables of others. Static joints are held likewise; `static` of the machine
@@ -27,6 +28,7 @@ def restrict(machine: AnyMachine, scene: Scene) -> AnyMachine:
     """
     base = machine.base if scene.gravity else replace(machine.base, gravity=NO_VECTOR)
     machine = replace(machine, base=base)
+    machine = with_zeros(machine, scene.zero)
     if scene.condense:
         machine = condense(machine).machine
     machine = with_held_joints(machine, scene.locked, "locked")

@@ -61,6 +61,7 @@ def summary(scene: Scene, models: Sequence[TracedModel] = ()) -> str:
     """Summary of a scene and its models; empty for the whole machine."""
     parts = [f"{name} held at {value}" for name, value in scene.locked.items()]
     parts += [f"{name} static, held {_position(value)}" for name, value in scene.static.items()]
+    parts += [f"without {', '.join(scene.zero)}"] if scene.zero else []
     parts += ["without gravity"] if not scene.gravity else []
     if scene.form == INERTIA:
         formed = [one.model.name for one in models if one.model.name in BY_INERTIA]

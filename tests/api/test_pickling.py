@@ -78,6 +78,7 @@ def _generated(folder: Path) -> Any:
 
 
 MADE: dict[str, Callable[[Path], Any]] = {
+    "Budget": lambda _: se.ladder(DRIVE, SCENE, budget=True).budget,
     "Comparison": lambda _: se.compare(DRIVE),
     "CodeReport": lambda folder: _generated(folder).reports[0],
     "Control": lambda _: se.control(BALL_SCREW, damping=0.01),

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.ladder.climbed import Ladder
 from symoro_elastic.analysis.ladder.measured_rungs import Measurement
 from symoro_elastic.analysis.ladder.predicted_rungs import Prediction
-from symoro_elastic.analysis.ladder.rung import Ladder, Rung
+from symoro_elastic.analysis.ladder.rung import Rung
 from symoro_elastic.analysis.ladder.rungs import measured_ladder
 from symoro_elastic.machine.prescribed_motion import Bandwidth
 from tests.analysis.ladder.scenes import Scene, arm, flex4, moving, random_springs, tool_scene, tuned

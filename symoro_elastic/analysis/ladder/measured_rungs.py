@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.simulate import errors_by_halving
 from symoro_elastic.codegen.integration.methods import METHODS
+from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.quantities.time_steps import TimeStep
 
@@ -23,7 +25,7 @@ class Measurement:
 
     def __init__(self, prediction: Prediction) -> None:
         self.prediction = prediction
-        self._simulated: dict[tuple[tuple[str, ...], bool, int], SimulatedRung] = {}
+        self._simulated: dict[tuple[Any, int], SimulatedRung] = {}
 
     def errors(self, rung: Rung) -> Measured:
         """Return the errors of a rung on the motion that is worst for it: of its model, and of its steps by halving."""
@@ -36,7 +38,7 @@ class Measurement:
 
     def simulated(self, rung: Rung, k: int) -> SimulatedRung:
         """Return the simulation of a rung on a motion."""
-        key = rung.left_out, rung.locked, k
+        key = rung.model, k
         if key not in self._simulated:
             self._simulated[key] = SimulatedRung(self.prediction, rung, k)
         return self._simulated[key]
@@ -64,23 +66,24 @@ class SimulatedRung:
         self._moves = prediction.moves(rung)
         self._observer = Observer(self.reduced.machine, self.reduced, ())
         self._observer_of_whole = Observer(prediction.machine, self.whole, tuple(prediction.tolerance))
-        self._compiled: dict[str, CompiledSteps] = {}
+        self._compiled: dict[tuple[str, str], CompiledSteps] = {}
 
-    def run(self, method: str, steps: int) -> tuple[Trajectory, Array]:
+    def run(self, method: str, steps: int, precision: Precision = DOUBLE) -> tuple[Trajectory, Array]:
         """Return the motion of the rung, and the outputs (N, names) of the whole machine that follow from it."""
         if self._moves:
-            trajectory = self.compiled(method).run(self.reduced, method, steps)
+            trajectory = self.compiled(method, precision).run(self.reduced, method, steps)
         else:
             trajectory = reference_motion(self.reduced, steps)
         motion = whole_motion(self.whole, self._observer, self._observer.motion(trajectory))
         return trajectory, self._observer_of_whole.outputs(motion)
 
-    def compiled(self, method: str) -> CompiledSteps:
+    def compiled(self, method: str, precision: Precision = DOUBLE) -> CompiledSteps:
         """Return compiled steps of a method."""
-        if method not in self._compiled:
+        key = method, precision.name
+        if key not in self._compiled:
             with TemporaryDirectory() as folder:
-                self._compiled[method] = CompiledSteps(self.reduced.loaded, [method], Path(folder))
-        return self._compiled[method]
+                self._compiled[key] = CompiledSteps(self.reduced.loaded, [method], Path(folder), precision)
+        return self._compiled[key]
 
 
 def whole_motion(reference: Reference, reduced: Observer, motion: Motion) -> Motion:

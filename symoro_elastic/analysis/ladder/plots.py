@@ -5,7 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from symoro_elastic.analysis.ladder.rung import Ladder
+from symoro_elastic.analysis.ladder.budget import Budget, Word
+from symoro_elastic.analysis.ladder.climbed import Ladder
 from symoro_elastic.analysis.simulation.tolerances import unit_of
 from symoro_elastic.foundation.pictures import new_figure
 from symoro_elastic.foundation.results import figures_of
@@ -13,7 +14,35 @@ from symoro_elastic.foundation.results import figures_of
 
 @figures_of.register
 def _(found: Ladder) -> dict[str, Any]:
-    return {"rungs": rungs(found)}
+    return {"rungs": rungs(found)} | ({"budget": budget(found.budget)} if found.budget else {})
+
+
+@figures_of.register
+def _(found: Budget) -> dict[str, Any]:
+    return {"budget": budget(found)}
+
+
+def budget(found: Budget) -> Any:
+    """Draw operations of the motion against the sum of errors, a point for each step, and what was measured."""
+    figure = new_figure(8.0, 5.0)
+    axes = figure.add_subplot()
+    worst = found.worst_output
+    tolerance, unit = found.tolerance[worst], unit_of(found.machine, worst)
+    operations = [step.steps.cost for step in found.path]
+    axes.step([step.total[worst] for step in found.path], operations, where="post", color="0.8", zorder=0)
+    for spent in dict.fromkeys(step.spent for step in found.path):
+        points = [(step.total[worst], step.steps.cost) for step in found.path if step.spent is spent]
+        axes.plot(*zip(*points, strict=True), "o", label=f"{spent}, {Word.PREDICTED}")
+    axes.plot(found.measured.errors[worst], operations[-1], "kx", label=f"the last one, {Word.MEASURED}")
+    axes.axvline(tolerance, linestyle="--", color="0.4", label="tolerance")
+    if found.alone:
+        axes.axhline(found.alone.cost, linestyle=":", color="0.4", label="springs alone")
+    axes.set_xlim(0, 1.05 * max(tolerance, *(step.total[worst] for step in found.path)))
+    axes.set_ylim(0, 1.05 * max(operations))
+    axes.set_xlabel(f"error of {worst}, {unit}")
+    axes.set_ylabel("operations of the motion")
+    axes.legend()
+    return figure
 
 
 def rungs(found: Ladder) -> Any:

@@ -17,7 +17,7 @@ from symoro_elastic.analysis.simulation.prediction.path import LinearPath
 from symoro_elastic.analysis.simulation.prediction.resolution import resolved_path
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative, spring_errors
 from symoro_elastic.analysis.simulation.reference_motion import Reference
-from symoro_elastic.analysis.simulation.simulate import Request, Simulating, enough_steps
+from symoro_elastic.analysis.simulation.simulate import SHARE, Request, Simulating, enough_steps
 from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
@@ -67,10 +67,14 @@ class Prediction:
         """Whether the predicted errors of a rung leave room for those of steps, and its springs hold their loads."""
         if relative(rung.predicted, self.tolerance) > MODEL_SHARE:
             return False
-        return rung.locked or all(self._holds(rung, path) for path in self.paths)
+        return self.holds(rung)
+
+    def holds(self, rung: Rung) -> bool:
+        """Whether the springs that a rung leaves out hold their loads."""
+        return rung.locked or all(self._holds_along(rung, path) for path in self.paths)
 
     @staticmethod
-    def _holds(rung: Rung, path: LinearPath) -> bool:
+    def _holds_along(rung: Rung, path: LinearPath) -> bool:
         """Whether the stiffness of the springs left out, with gravity and loads, is positive along a motion."""
         rows = [path.joints.index(name) for name in rung.left_out]
         block = path.K[:, rows][:, :, rows]
@@ -82,8 +86,11 @@ class Prediction:
         path = self.paths[0]
         return bool({*path.names(path.moved)} - {*rung.left_out})
 
-    def steps_of(self, rung: Rung, only: Iterable[str] = ()) -> Steps:
-        """Return the cheapest method and steps that suffice for all motions."""
+    def steps_of(
+        self, rung: Rung, only: Iterable[str] = (), tolerance: Mapping[str, float] | None = None, share: float = SHARE
+    ) -> Steps:
+        """Return the cheapest method and steps that suffice for all motions, with a share of the tolerances."""
+        tolerance = tolerance or self.tolerance
         if not self.moves(rung):
             return Steps("", 1, dict.fromkeys(self.tolerance, 0.0), 1)
         each = [self._simulating(rung, k) for k in range(len(self.references))]
@@ -94,11 +101,15 @@ class Prediction:
             least = max(simulating.stable_steps(method) for simulating in each)
             if best and least * operations >= best.cost:
                 continue
-            found = [enough_steps(simulating, method, self.tolerance) for simulating in each]
+            found = [enough_steps(simulating, method, tolerance, share) for simulating in each]
             one = Steps(name, *max(found, key=lambda pair: pair[0]), operations)
             best = one if best is None or one.cost < best.cost else best
         assert best is not None
         return best
+
+    def operations_of(self, rung: Rung, method: str) -> int:
+        """Return the weighted operations of a step of a rung by a method."""
+        return self._simulating(rung, 0).cost.of(METHODS[method]) if method else 1
 
     def fine_steps(self, k: int) -> int:
         """Return steps of w3 that take little of the tolerance, the same for all rungs of a motion."""
@@ -145,15 +156,18 @@ class Prediction:
 
 
 def held_springs(machine: Machine, reference: Reference, rung: Rung) -> dict[str, Formula]:
-    """Return by joint where the springs that a rung leaves out are held: where a motion starts."""
-    rows = {joint.name: k for k, joint in enumerate(machine.independent_joints)}
-    return {name: Formula.parse(float(reference.start.q[rows[name]])) for name in rung.left_out}
+    """Return by joint where the springs that a rung leaves out are held: where a motion starts, or they are neutral."""
+    rows = {joint.name: (k, joint) for k, joint in enumerate(machine.independent_joints)}
+    held = {name: Formula.parse(float(reference.start.q[rows[name][0]])) for name in rung.left_out}
+    return held | {name: rows[name][1].spring.neutral for name in rung.neutral}
 
 
 def reduced_machine(machine: Machine, reference: Reference, rung: Rung) -> Machine:
-    """Return the machine with the springs that a rung leaves out held where a motion starts, static or locked."""
+    """Return the machine with the springs that a rung leaves out held, static or locked, and its numbers left out."""
     held = held_springs(machine, reference, rung)
-    return restrict(machine, Scene(locked=held) if rung.locked else Scene(static=dict(held)))
+    if rung.locked:
+        return restrict(machine, Scene(locked=held, zero=rung.zero))
+    return restrict(machine, Scene(static=dict(held), zero=rung.zero))
 
 
 def single_precision_errors(path: LinearPath, steps: int, left_out: Collection[int] = ()) -> dict[str, float]:

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from symoro_elastic.analysis.ladder.climbed import Ladder
 from symoro_elastic.analysis.ladder.greedy import spring_figures
+from symoro_elastic.analysis.ladder.measured_budget import budget_of
 from symoro_elastic.analysis.ladder.measured_rungs import Measurement
 from symoro_elastic.analysis.ladder.predicted_rungs import Prediction, held_springs
-from symoro_elastic.analysis.ladder.rung import Ladder, Rung
+from symoro_elastic.analysis.ladder.rung import Rung
 from symoro_elastic.analysis.simulation.compiled_steps import refuse_still
 from symoro_elastic.analysis.simulation.prediction.output_matrices import is_torque
 from symoro_elastic.analysis.simulation.reference_motion import reference_of
@@ -40,13 +42,20 @@ def ladder(
     period: float | None = None,
     announce: Announce = announce_nothing,
     progress: Progress = no_progress,
+    with_budget: bool = False,
 ) -> Ladder:
     """Return the ladder of a machine for some motions and tolerances by output; raises `InputError`."""
     announce("predict")
     prediction = prediction_of(machine, motions, tolerance, period)
     rungs = prediction.rungs(progress)
     announce("measure")
-    return measured_ladder(Measurement(prediction), rungs)
+    measurement = Measurement(prediction)
+    found = measured_ladder(measurement, rungs)
+    if not with_budget:
+        return found
+    announce("spend")
+    alone = None if found.chosen is None else found.rungs[found.chosen].chosen
+    return replace(found, budget=budget_of(measurement, rungs, found.full, alone, progress))
 
 
 def predicted_ladder(
@@ -105,15 +114,17 @@ def _ladder(
 
 
 def reduced_scene(found: Ladder, whole: Machine, scene: Scene) -> Scene:
-    """Return the scene of a whole machine with the method of the chosen rung, and its springs held where they start."""
-    if found.chosen is None:
+    """Return the scene of a whole machine with the method of the advised model, its springs held, numbers left out."""
+    rung, reference = found.advised, found.references[0]
+    if rung is None:
         return scene
-    rung, reference = found.rungs[found.chosen], found.references[0]
     assert rung.chosen is not None
     held = held_springs(found.machine, reference, rung)
     steps = tuple(dict.fromkeys((*scene.steps, *filter(None, (rung.chosen.method,)))))
     forces = dict.fromkeys((*scene.forces, *(str(x) for one in found.references for x in one.loaded.forces)))
-    scene = replace(scene, forces=tuple(forces), steps=steps, condense=scene.condense or bool(found.condensed))
+    zero = tuple(dict.fromkeys((*scene.zero, *rung.zero)))
+    condense = scene.condense or bool(found.condensed)
+    scene = replace(scene, forces=tuple(forces), steps=steps, condense=condense, zero=zero)
     if rung.locked:
         return replace(scene, locked={**scene.locked, **held})
     return replace(scene, static={**held_positions(whole, scene.static), **held})

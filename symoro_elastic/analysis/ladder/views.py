@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from symoro_elastic.analysis.ladder import budget_views
+from symoro_elastic.analysis.ladder.climbed import Ladder
 from symoro_elastic.analysis.ladder.greedy import SpringFigures
-from symoro_elastic.analysis.ladder.rung import MODEL_SHARE, Ladder, Rung, Steps
+from symoro_elastic.analysis.ladder.rung import MODEL_SHARE, Rung, Steps
 from symoro_elastic.analysis.simulation.periods import period_line, quantity
 from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
 from symoro_elastic.analysis.simulation.tolerances import unit_of
@@ -32,7 +34,8 @@ declare(
 def _(found: Ladder) -> list[Part]:
     springs = [springs_table(found)] if found.springs else []
     lines = [*found.condensed, advice(found), arithmetic_line(found)]
-    return [ladder_table(found, found.headline), *springs, *filter(None, lines)]
+    budget = budget_views.budget_parts(found.budget) if found.budget else []
+    return [ladder_table(found, found.headline), *springs, *filter(None, lines), *budget]
 
 
 @columns_of.register
@@ -186,4 +189,5 @@ declare(
     Field("springs"),
     Field("condensed"),
     Field("advice", advice),
+    Field("budget"),
 )

@@ -17,7 +17,7 @@ from symoro_elastic.codegen.c_steps import Run, render_runs, runs
 from symoro_elastic.codegen.compile import compile_library, load_library
 from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
 from symoro_elastic.codegen.local_names import with_own_results
-from symoro_elastic.codegen.precision import DOUBLE
+from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets.c import render_c, source_text
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
@@ -60,14 +60,18 @@ class CompiledSteps:
     flags: tuple[str, ...] = FLAGS
     p: Array | None = None
 
-    def __init__(self, machine: Machine, methods: Sequence[str], folder: Path) -> None:
-        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+    def __init__(self, machine: Machine, methods: Sequence[str], folder: Path, precision: Precision = DOUBLE) -> None:
+        """States are in double precision, so it is `DOUBLE` or `MIXED`.
+
+        Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
+        """
         self.machine = machine
         self.package = trace_models(
             machine, Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)
         ).package
-        text = source_text(with_own_results(self.package), DOUBLE)
-        files = render_c(self.package) | render_runs(self.package.name, text.steps)
+        text = source_text(with_own_results(self.package), precision)
+        self._name = self.package.name + precision.suffix
+        files = render_c(self.package, precision) | render_runs(self._name, text.steps)
         library = load_library(compile_library(files, folder, flags=self.flags))
         self._runs = {run.name: run for run in runs(text.steps)}
         self._entries = {name: _entry(library, run) for name, run in self._runs.items()}
@@ -79,7 +83,7 @@ class CompiledSteps:
         if reference.loaded.forces != self.machine.forces:
             raise reference.prescribed.error("forces", "these steps were generated for a machine under other forces")
         h = reference.duration / steps
-        run = self._runs[f"{self.package.name}_step_{method}{ways_of(reference).suffix}"]
+        run = self._runs[f"{self._name}_step_{method}{ways_of(reference).suffix}"]
         state = {name: reference.at_start.blocks[name].copy() for name in run.written}
         every = -(-steps // MOST_RECORDED)
         kept, passed = [np.concatenate(list(state.values()))[None]], 0.0

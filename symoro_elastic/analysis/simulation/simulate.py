@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -51,7 +51,7 @@ from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.quantities.time_steps import TimeStep
-from symoro_elastic.symbolic.program import OperationCount
+from symoro_elastic.symbolic.program import OperationCount, Program
 
 DIVISION, SINE = 5, 15
 """Products that take about as long as a division, and as a sine and a cosine."""
@@ -421,51 +421,48 @@ def cost_in_products(count: OperationCount) -> int:
 
 
 class StepCost:
-    """Operations of steps of a machine whose motors are given in a way."""
+    """Operations of steps of a machine whose motors are given in a way; all parameters are constants unless named."""
 
-    def __init__(self, machine: Machine, motors: Motors) -> None:
+    def __init__(self, machine: Machine, motors: Motors, folded: Sequence[str] | None = None) -> None:
         self.machine, self.motors = machine, motors
-        self._folded = names_to_fold(machine, Scene(fold=ALL))
+        self._folded = names_to_fold(machine, Scene(fold=ALL)) if folded is None else tuple(folded)
+        self._traced: dict[str, Program] = {}
 
     def of(self, method: Method) -> int:
         """Return the operations of a step, weighted: those of its right sides, systems and sums."""
         rows, n = _sums(method), len(self.machine.independent) + self.machine.degrees_of_base
-        found = _stages(method) * (self._of_model(self._right_side) + self._of_motors) + 4 * n * rows
-        calls = _stages(method) + 1, _stages(method)
-        for times, one in zip(calls, base_models(self.machine, self._folded), strict=False):
-            found += times * cost_in_products(one.program.count)
+        found = sum(times * cost_in_products(program.count) for times, program in self.programs(method)) + 4 * n * rows
+        return found + 2 * n**3 // 3 + len(method.m) * 6 * n**2 if isinstance(method, Rosenbrock) else found
+
+    def programs(self, method: Method) -> Iterator[tuple[int, Program]]:
+        """Yield the programs that a step calls, and how often."""
+        stages = _stages(method)
+        yield stages, self._model("inverse_dynamics" if self.motors is Motors.DRIVEN else "direct_dynamics")
+        if self.motors is Motors.SERVO and dependent_motors(self.machine):
+            yield stages, self._of_motors
+        yield from zip((stages + 1, stages), self._of_base, strict=False)
         if isinstance(method, Rosenbrock):
-            dense = 2 * n**3 // 3 + len(method.m) * 6 * n**2
-            return found + self._of_model("linearization") + dense
-        if isinstance(method, Tableau):
-            return found
-        factors, solve = self._system
-        return found + factors + _stages(method) * solve
-
-    @property
-    def _right_side(self) -> str:
-        return "inverse_dynamics" if self.motors is Motors.DRIVEN else "direct_dynamics"
+            yield 1, self._model("linearization")
+        elif not isinstance(method, Tableau):
+            yield from zip((1, stages), self._system, strict=True)
 
     @cached_property
-    def _of_motors(self) -> int:
-        """Operations of positions and velocities of motors that follow from loops, under servos."""
-        if self.motors is not Motors.SERVO or not dependent_motors(self.machine):
-            return 0
-        return cost_in_products(motor_coordinates(self.machine, self._folded).program.count)
-
-    def _of_model(self, name: str) -> int:
-        if name not in self._counts:
-            self._counts[name] = cost_in_products(trace(self.machine, name, folded=self._folded).program.count)
-        return self._counts[name]
+    def _of_motors(self) -> Program:
+        """Positions and velocities of motors that follow from loops, under servos."""
+        return motor_coordinates(self.machine, self._folded).program
 
     @cached_property
-    def _counts(self) -> dict[str, int]:
-        return {}
+    def _of_base(self) -> list[Program]:
+        return [one.program for one in base_models(self.machine, self._folded)]
+
+    def _model(self, name: str) -> Program:
+        if name not in self._traced:
+            self._traced[name] = trace(self.machine, name, folded=self._folded).program
+        return self._traced[name]
 
     @cached_property
-    def _system(self) -> tuple[int, int]:
-        factors, solve = implicit_system(self.machine, self.motors, self._folded)
-        return cost_in_products(factors.program.count), cost_in_products(solve.program.count)
+    def _system(self) -> list[Program]:
+        return [one.program for one in implicit_system(self.machine, self.motors, self._folded)]
 
 
 def _stages(method: Method) -> int:

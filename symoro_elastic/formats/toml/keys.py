@@ -271,6 +271,14 @@ SCENE = Section(
             otherwise="false",
         ),
         Key(
+            *("zero", keys.TEXTS),
+            "numbers of bodies and rotors that are left out: a joint and a key of [bodies] or [motors], "
+            "as `elbow.mass`, `elbow.center_of_mass.x`, `elbow.XX`",
+            '["elbow.mass"]',
+            default=(),
+            otherwise="none",
+        ),
+        Key(
             *("forces", keys.TEXTS),
             "frames on which wrenches act that models and steps take as arguments, in axes of frame 0",
             '["tool"]',

@@ -235,6 +235,8 @@ def _scene(scene: Scene) -> list[str]:
         lines.append(f"locked = {_inline([(_key(joint), _cell(v.text)) for joint, v in scene.locked.items()])}")
     if scene.static:
         lines.append(f"static = {_static(scene.static)}")
+    if scene.zero:
+        lines.append(f"zero = {_names(scene.zero)}")
     if scene.steps:
         lines.append(f"steps = {_names(scene.steps)}")
     if scene.condense:

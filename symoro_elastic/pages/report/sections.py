@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.ladder.climbed import Ladder
 from symoro_elastic.analysis.ladder.plots import rungs
-from symoro_elastic.analysis.ladder.rung import Ladder
 from symoro_elastic.analysis.vibration.energies import strain_shares
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import Modes, modes, refuse_rigid

@@ -92,6 +92,14 @@ class LinearPath:
         found = small_motion(LinearMotion(self.h, M, D, K, (self.R if forces is None else forces)[:, rows]))
         return SmallMotion(*(_spread(x, rows, len(self.joints)) for x in (found.d, found.dd, found.ddd)))
 
+    def driven_by(self, forces: Array, left_out: Collection[int]) -> SmallMotion:
+        """Return d, d', d'' (N, sets, n) under each of several forces (N, sets, n), zero for springs left out."""
+        rows = [k for k in self.moved if k not in left_out]
+        M, D, K = (x[:, rows][:, None, :, rows] for x in (self.M, self.D, self.K))
+        found = small_motion(LinearMotion(self.h, M, D, K, forces[:, :, rows]))
+        columns = np.broadcast_to(np.array(rows, dtype=int), (forces.shape[1], len(rows)))
+        return SmallMotion(*(_spread(x, columns, len(self.joints)) for x in (found.d, found.dd, found.ddd)))
+
     def recovering(self, static: Sequence[int]) -> LinearPath:
         """Return the model whose outputs follow the deflections of static springs E, for motions that leave them out.
 

@@ -32,7 +32,7 @@ WEIGHT = complex(0.5 * _S[:, 0].sum())
 class LinearMotion:
     """M, D, K (N, ..., n, n) and R (N, ..., n) at times h apart, the first at the start; SI units.
 
-    Axes between the first and the last are different systems.
+    Axes between the first and the last are different systems; where those of R alone are long, one under many forces.
     """
 
     h: float
@@ -74,7 +74,7 @@ def _steps(model: LinearMotion) -> tuple[Array, Array]:
     by_velocity = -CONSTANT * (inverse @ (D + zh * K))
     forced = _times(inverse, CONSTANT * even + LINEAR * odd)
     gained = 2 * h * WEIGHT
-    transition = np.zeros((*even.shape[:-1], 2 * n, 2 * n))
+    transition = np.zeros((*inverse.shape[:-2], 2 * n, 2 * n))
     transition[..., :n, :n] = (gained * zh * by_position).real
     transition[..., :n, n:] = (gained * zh * by_velocity).real + h * np.eye(n)
     transition[..., n:, :n] = (gained * by_position).real

@@ -61,13 +61,24 @@ class Deviations:
         whole = self.outputs[:, None]
         return np.abs(whole - locked).max(axis=0), np.abs(whole - static).max(axis=0)
 
-    def static_deflections(self, reduced: SmallMotion, sets: Sequence[Collection[int]]) -> Array:
-        """Return d_E (N, sets, n), zero for the coordinates that move."""
+    def under(self, forces: Array, left_out: Collection[int]) -> Array:
+        """Return dy (N, sets, outputs) under each of several forces (N, sets, n), with the same springs static."""
+        path, reduced = self.path, self.path.driven_by(forces, left_out)
+        deflected = self.static_deflections(reduced, [left_out] * forces.shape[1], forces)
+        recovered = path.outputs.of(replace(reduced, d=reduced.d + deflected))
+        found: Array = np.where(path.outputs.follows, recovered, path.outputs.of(reduced))
+        return found
+
+    def static_deflections(
+        self, reduced: SmallMotion, sets: Sequence[Collection[int]], forces: Array | None = None
+    ) -> Array:
+        """Return d_E (N, sets, n), zero for the coordinates that move; under R, or forces (N, sets, n)."""
+        driving = self.path.R[:, None] if forces is None else forces
         path, left_out = self.path, np.zeros((len(sets), len(self.path.joints)))
         for row, chosen in enumerate(sets):
             left_out[row, list(chosen)] = 1.0
         taken = ((path.M, reduced.ddd), (path.D, reduced.dd), (path.K, reduced.d))
-        load = path.R[:, None] - sum(np.einsum("tij,tsj->tsi", matrix, x) for matrix, x in taken)
+        load = driving - sum(np.einsum("tij,tsj->tsi", matrix, x) for matrix, x in taken)
         deflections: Array = load * left_out / np.where(path.stiffness, path.stiffness, np.inf)
         return deflections
 

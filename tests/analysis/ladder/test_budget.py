@@ -1,0 +1,219 @@
+"""One budget: the path from the whole machine to the model that is advised, and the simulations that it must keep."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pytest import MonkeyPatch
+
+import symoro_elastic as se
+from symoro_elastic.analysis.ladder import measured_budget
+from symoro_elastic.analysis.ladder.budget import Budget, PathStep, Spent
+from symoro_elastic.analysis.ladder.budget_path import FILLED, BudgetPath
+from symoro_elastic.analysis.ladder.budget_views import advice, measured_line, times_line
+from symoro_elastic.analysis.ladder.climbed import Ladder
+from symoro_elastic.analysis.ladder.measured_budget import budget_of, measured_errors
+from symoro_elastic.analysis.ladder.measured_rungs import Measurement, SimulatedRung
+from symoro_elastic.analysis.ladder.numbers import LeftOutNumbers
+from symoro_elastic.analysis.ladder.predicted_rungs import WHOLE, Prediction
+from symoro_elastic.analysis.ladder.rungs import measured_ladder, reduced_scene
+from symoro_elastic.analysis.simulation.observed import Observer
+from symoro_elastic.codegen.precision import MIXED
+from symoro_elastic.formats.toml.writing import write_scene
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine import scene as request
+from tests.analysis.ladder.scenes import Scene, many
+from tests.command_line import EXAMPLES, refused, run
+
+NOT_TOLD = 1 - FILLED
+"""Of the tolerance: what the linear model may not tell."""
+TWO_AXIS = EXAMPLES / "two_axis.toml"
+MOVE = EXAMPLES / "scenes" / "two_axis_move.toml"
+
+
+@cache
+def arm() -> Scene:
+    """An elastic arm under servos."""
+    return many()["flex4, servos"]()
+
+
+TOLERANCE = dict.fromkeys(("j4.x", "j4.y", "j4.z"), 1e-5)
+
+
+@cache
+def measurement() -> Measurement:
+    return Measurement(Prediction(arm().reference.machine, (arm().reference,), arm().tolerances))
+
+
+@cache
+def found() -> Ladder:
+    """The ladder of the arm, and its budget."""
+    rungs = measurement().prediction.rungs()
+    climbed = measured_ladder(measurement(), rungs)
+    alone = None if climbed.chosen is None else climbed.rungs[climbed.chosen].chosen
+    return replace(climbed, budget=budget_of(measurement(), rungs, climbed.full, alone))
+
+
+def budget() -> Budget:
+    spent = found().budget
+    assert spent is not None
+    return spent
+
+
+def is_claimed(measured: Mapping[str, float], step: PathStep, tolerance: Mapping[str, float]) -> bool:
+    """Whether measured errors are not above the sum of a path, but for what the linear model may not tell."""
+    return all(measured[name] <= step.total[name] + NOT_TOLD * limit for name, limit in tolerance.items())
+
+
+def refuse_paths_that_turn(path: tuple[PathStep, ...], tolerance: Mapping[str, float]) -> None:
+    for before, after in itertools.pairwise(path):
+        assert after.steps.cost < before.steps.cost
+        assert all(after.total[name] >= before.total[name] for name in tolerance)
+    for name, limit in tolerance.items():
+        assert all(step.total[name] <= FILLED * limit for step in path)
+
+
+def test_every_step_saves_operations_and_adds_its_error() -> None:
+    path = budget().path
+    refuse_paths_that_turn(path, TOLERANCE)
+    assert path[0].spent is Spent.WHOLE and not path[0].rung.left_out
+    model = {name: sum(step.added[name] for step in path[1:] if step.spent is not Spent.STEPS) for name in TOLERANCE}
+    assert path[-1].rung.predicted == pytest.approx(model)
+    assert {*path[-1].rung.left_out} == {x for step in path if step.spent is Spent.SPRINGS for x in step.names}
+    assert {*path[-1].rung.zero} == {x for step in path if step.spent is Spent.NUMBERS for x in step.names}
+
+
+@pytest.mark.thorough
+def test_every_step_of_the_path_keeps_its_claim_when_it_is_simulated() -> None:
+    for step in budget().path:
+        assert is_claimed(measured_errors(measurement(), step.rung), step, TOLERANCE)
+
+
+def test_the_end_is_measured_within_the_tolerance_and_takes_fewer_operations() -> None:
+    end = budget().advised
+    assert budget().is_within and budget().measured.errors == measured_errors(measurement(), end.rung)
+    alone = found().rungs[found().chosen or 0].chosen
+    assert alone is not None and budget().saved == pytest.approx(1 - end.steps.cost / alone.cost) and budget().saved > 0
+    assert end.steps.operations == measurement().prediction.operations_of(end.rung, end.steps.method)
+
+
+def test_changes_without_numbers_are_those_of_simulations() -> None:
+    """Each by itself and two at once, beside a machine that a file without these numbers describes."""
+    prediction = measurement().prediction
+    fine = prediction.fine_steps(0)
+    _, whole = measurement().simulated(WHOLE, 0).run("w3", fine)
+    numbers = LeftOutNumbers(prediction.paths[0])
+    sets = [("j4.YZ",), ("j4.XZ",), ("j3.XZ", "j4.YZ")]
+    predicted = np.abs(numbers.changes(sets, ())).max(axis=0)
+    for names, errors in zip(sets, predicted, strict=True):
+        rung = replace(WHOLE, zero=names)
+        _, left = SimulatedRung(prediction, rung, 0).run("w3", fine)
+        np.testing.assert_allclose(np.abs(left - whole).max(axis=0), errors, rtol=0.03, atol=1e-9)
+
+
+def test_numbers_that_hold_all_inertia_stay() -> None:
+    numbers = LeftOutNumbers(measurement().prediction.paths[0])
+    of_last = tuple(name for name in numbers.numbers if name.startswith("j4."))
+    assert numbers.has_inertia(("j4.MZ",), ())
+    assert not numbers.has_inertia(of_last, ())
+
+
+def follow_the_known_path(monkeypatch: MonkeyPatch) -> None:
+    path = budget().path
+    monkeypatch.setattr(measured_budget, "BudgetPath", lambda *_: SimpleNamespace(run=lambda _: path))
+
+
+def test_steps_that_a_simulation_does_not_confirm_are_taken_back(monkeypatch: MonkeyPatch) -> None:
+    allowed = budget().path[1].rung.model
+
+    def measured(_: Measurement, rung: object, *__: object) -> dict[str, float]:
+        return dict.fromkeys(TOLERANCE, 0.0 if getattr(rung, "model", None) == allowed else 1.0)
+
+    follow_the_known_path(monkeypatch)
+    monkeypatch.setattr(measured_budget, "measured_errors", measured)
+    monkeypatch.setattr(measured_budget, "times", lambda *_: (1.0, 1.0))
+    again = budget_of(measurement(), found().rungs, found().full, None)
+    assert again.path == budget().path[:2] and again.dropped == budget().path[2:]
+    assert "taken back, because the simulation was beyond the tolerance" in str(again.parts())
+
+
+def test_mixed_precision_is_the_last_step_where_it_is_faster(monkeypatch: MonkeyPatch) -> None:
+    follow_the_known_path(monkeypatch)
+    monkeypatch.setattr(measured_budget, "times", lambda *_: (1e-6, 0.5e-6))
+    faster = budget_of(measurement(), found().rungs, found().full, None)
+    last, before = faster.advised, faster.path[-2]
+    assert last.spent is Spent.PRECISION and last.rung == before.rung
+    assert all(0 <= last.added[name] < 0.01 * limit for name, limit in TOLERANCE.items())
+    assert last.added["j4.x"] > 0
+    assert faster.measured.errors == measured_errors(measurement(), last.rung, MIXED)
+    assert is_claimed(faster.measured.errors, last, TOLERANCE)
+    assert "mixed precision" in advice(faster) and times_line(faster).endswith(": mixed precision")
+    monkeypatch.setattr(measured_budget, "times", lambda *_: (1e-6, 0.99e-6))
+    same = budget_of(measurement(), found().rungs, found().full, None)
+    assert same.advised == budget().advised and times_line(same).endswith(": double precision")
+
+
+def test_the_scene_of_the_end_simulates_within_the_tolerance(tmp_path: Path) -> None:
+    """Its own equilibrium at the start: what a user gets of the file."""
+    machine, steps = arm().reference.machine, budget().advised.steps
+    scene = reduced_scene(found(), machine, request.Scene())
+    assert scene.zero == budget().advised.rung.zero and {*scene.static} == {*budget().advised.rung.left_out}
+    path = tmp_path / "reduced.toml"
+    path.write_text(write_scene(scene, [arm().reference.prescribed]))
+    step = arm().reference.duration / steps.steps
+    (simulated,) = se.simulate(machine, path, method=steps.method, step=step)
+    seen = Observer(simulated.reference.machine, simulated.reference, arm().outputs).outputs(simulated.motion)
+    fine = 32 * steps.steps
+    _, whole = measurement().simulated(WHOLE, 0).run("w3", fine)
+    assert (np.abs(seen - whole[::32]).max(axis=0) <= list(TOLERANCE.values())).all()
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "name", ["two_axis, 60 ms", "two_axis, 80 ms, pushed", "flex4, fast", "random 15", "random 20"]
+)
+def test_claims_of_other_machines_and_motions_hold(name: str) -> None:
+    """Machine tools, an arm, random trees; motors that follow exactly, servos, and forces on the tool."""
+    scene = many()[name]()
+    prediction = Prediction(scene.reference.machine, (scene.reference,), scene.tolerances)
+    path = BudgetPath(prediction, prediction.rungs()).run()
+    assert len(path) > 1
+    refuse_paths_that_turn(path, scene.tolerances)
+    measured = Measurement(prediction)
+    for step in (path[0], path[len(path) // 2], path[-1]):
+        assert is_claimed(measured_errors(measured, step.rung), step, scene.tolerances)
+
+
+@pytest.mark.thorough
+def test_the_scene_of_the_page_takes_a_tenth_fewer_operations_than_by_springs_alone(tmp_path: Path) -> None:
+    arguments = ("--scene", str(MOVE), "--budget", "--save", str(tmp_path / "reduced.toml"), "--plots", str(tmp_path))
+    printed = run("ladder", str(TWO_AXIS), *arguments).stdout
+    assert "one budget for everything" in printed and "none is proven" in printed
+    assert (tmp_path / "budget.png").exists()
+    climbed = se.ladder(TWO_AXIS, MOVE, budget=True)
+    spent = climbed.budget
+    assert spent is not None and spent.is_within and spent.saved >= 0.1
+    assert measured_line(spent).endswith("within the tolerance") and climbed.as_json()["budget"]["within"]
+    saved = (tmp_path / "reduced.toml").read_text()
+    assert all(name in saved for name in spent.advised.rung.left_out)
+
+
+def test_tolerances_of_results_are_refused_beside_a_budget(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[scene]\nwithin = { tau = "1 %" }\n' + MOVE.read_text())
+    said = refused("ladder", str(TWO_AXIS), "--scene", str(scene), "--budget")
+    assert "scene, within: a model that is simulated loses whole numbers, not terms" in said
+    with pytest.raises(InputError, match="leave out within"):
+        se.ladder(TWO_AXIS, scene, budget=True)
+
+
+def test_without_a_budget_there_is_none() -> None:
+    assert replace(found(), budget=None).as_json()["budget"] is None and found().as_json()["budget"]["path"]
+    assert found().advised == budget().advised.rung
