@@ -21,6 +21,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import COLUMNS, SCENES
 
 if TYPE_CHECKING:
+    from symoro_elastic.analysis.ladder.budget import Budget
     from symoro_elastic.analysis.ladder.climbed import Ladder
     from symoro_elastic.analysis.simulation.simulated import Simulation
     from symoro_elastic.api.motions import Plan
@@ -153,7 +154,10 @@ class ReducedScene(Options):
 @writes
 @JSON
 def ladder(machine: str, options: Climbing, reduced: ReducedScene, plots: Plots, as_json: bool) -> None:
-    """Predict the errors of leaving springs out and of steps for every rung; simulate and measure the chosen one."""
+    """Predict the errors of leaving springs out and of steps for every rung; simulate and measure the chosen one.
+
+    With --budget the tolerances are spent on springs, numbers of bodies, steps and precision together.
+    """
     from symoro_elastic.api import motions as api
     from symoro_elastic.api.scenes import motions_of_scene
 
@@ -164,6 +168,8 @@ def ladder(machine: str, options: Climbing, reduced: ReducedScene, plots: Plots,
     wanted = motions_of_scene(whole, options.scene).wanted
     if as_json:
         print_json(climbed.as_json())
+    elif climbed.budget:
+        _print_budget(climbed, climbed.budget, wanted)
     else:
         _print_ladder(climbed, str(options.scene or machine), wanted)
     if reduced.save:
@@ -181,16 +187,26 @@ def _print_ladder(climbed: Ladder, scene: str, wanted: Wanted | None) -> None:
         print_table(springs_table(climbed))
     lines = [advice(climbed), period_of(climbed, wanted) if wanted else "", arithmetic_line(climbed)]
     click.echo("\n".join(line for line in lines if line))
-    if climbed.budget:
-        print_parts(climbed.budget.parts())
+
+
+def _print_budget(climbed: Ladder, budget: Budget, wanted: Wanted | None) -> None:
+    from symoro_elastic.analysis.simulation.periods import period_line
+
+    for line in climbed.condensed:
+        note(line)
+    print_parts(budget.parts())
+    if wanted and (line := period_line(wanted, climbed.step_of(budget.advised.rung), budget.seconds)):
+        click.echo(line)
 
 
 def _write_reduced(climbed: Ladder, whole: DescribedMachine, asked: Scene, wanted: Wanted | None, path: str) -> None:
+    from symoro_elastic.analysis.ladder.budget_views import advice as spent
     from symoro_elastic.analysis.ladder.rungs import reduced_scene
     from symoro_elastic.analysis.ladder.views import advice
     from symoro_elastic.formats.toml.writing import write_scene
 
     motions = [reference.prescribed for reference in climbed.references]
     reduced = reduced_scene(climbed, whole, asked)
-    write_text(write_scene(reduced, motions, wanted, [advice(climbed)]), path)
+    said = spent(climbed.budget) if climbed.budget else advice(climbed)
+    write_text(write_scene(reduced, motions, wanted, [said]), path)
     click.echo(f"wrote {path}", err=True)

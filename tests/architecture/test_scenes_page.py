@@ -48,12 +48,13 @@ def test_commands_print_what_the_page_shows(folder: Path) -> None:
     static = tomllib.loads((folder / "reduced.toml").read_text(encoding="utf-8"))["scene"]["static"]
     assert static == pytest.approx(shown.pop("scene")["static"], abs=float(BELOW))
     assert written == shown
-    drawn, kept = (re.findall("<!-- .* -->", path.read_text(encoding="utf-8")) for path in plots(folder))
-    assert drawn == kept
+    for name in ("rungs", "budget"):
+        drawn, kept = (re.findall("<!-- .* -->", path.read_text(encoding="utf-8")) for path in plots(folder, name))
+        assert drawn == kept
 
 
-def plots(folder: Path) -> tuple[Path, Path]:
-    return folder / "plots" / "rungs.svg", ROOT / "docs" / "scenes_rungs.svg"
+def plots(folder: Path, name: str) -> tuple[Path, Path]:
+    return folder / "plots" / f"{name}.svg", ROOT / "docs" / f"scenes_{name}.svg"
 
 
 @pytest.mark.thorough

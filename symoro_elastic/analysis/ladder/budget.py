@@ -15,10 +15,10 @@ from symoro_elastic.machine.machine import Machine
 class Spent(StrEnum):
     """What a part of the tolerances is spent on."""
 
-    WHOLE = "steps of the whole machine"
+    WHOLE = "time steps"
     SPRINGS = "springs static"
-    NEUTRAL = "static springs held as neutral"
-    NUMBERS = "numbers left out"
+    NEUTRAL = "held as neutral"
+    NUMBERS = "numbers zero"
     STEPS = "longer steps"
     PRECISION = "mixed precision"
 
@@ -91,6 +91,11 @@ class Budget(Result):
         """The share of operations that it saves of those with springs alone left out, or of the whole machine."""
         before = self.path[0].steps if self.alone is None else self.alone
         return 1 - self.advised.steps.cost / before.cost
+
+    @property
+    def seconds(self) -> float:
+        """The time of a step in the precision that is advised, s."""
+        return self.measured.mixed if self.advised.spent is Spent.PRECISION else self.measured.seconds
 
     @property
     def is_within(self) -> bool:

@@ -11,6 +11,8 @@ from symoro_elastic.analysis.simulation.tolerances import unit_of
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
 
 MOST_NAMED = 4
+SMALL = 1e-6
+"""Of the tolerance: errors that are not told apart."""
 STANDS_ON = "errors are predicted by the linear model along the motion, none is proven; the last model is simulated"
 
 
@@ -25,7 +27,7 @@ def budget_table(found: Budget) -> Table:
     """Return a row for each step of the path; equal ones that follow each other are one row."""
     worst = found.worst_output
     unit, tolerance = unit_of(found.machine, worst), found.tolerance[worst]
-    heads = "spent on", "", f"error added ({worst})", "", "sum", "operations of a step", "steps", "against full"
+    heads = "spent on", "", f"adds to {worst}", "", "sum", "operations", "steps", "against full"
     table = Table(
         heads, title=f"{found.machine.name}: one budget for everything, {quantity(tolerance, unit)} of {worst}"
     )
@@ -35,7 +37,7 @@ def budget_table(found: Budget) -> Table:
         table.add_row(
             str(spent),
             _some([name for step in steps for name in step.names]),
-            quantity(sum(step.added[worst] for step in steps), unit),
+            _small(sum(step.added[worst] for step in steps), tolerance, unit),
             str(last.word),
             f"{last.total[worst] / tolerance:.1%}",
             str(last.steps.operations),
@@ -83,6 +85,12 @@ def _dropped(found: Budget) -> list[str]:
     """Return a line on steps of the path that were taken back."""
     names = [name for step in found.dropped for name in (step.names or (str(step.spent),))]
     return [f"taken back, because the simulation was beyond the tolerance: {_some(names)}"] if names else []
+
+
+def _small(error: float, tolerance: float, unit: str) -> str:
+    """Return an error, or what it is below where it is a rounding."""
+    least = SMALL * tolerance
+    return quantity(error, unit) if error >= least else f"< {quantity(least, unit)}"
 
 
 def _some(names: list[str]) -> str:

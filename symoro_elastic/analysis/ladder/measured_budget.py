@@ -20,7 +20,7 @@ from symoro_elastic.quantities.time_steps import TimeStep
 
 FASTER = 0.95
 """Of the time of a step in double precision: what a step in mixed precision takes at most, to be worth its error."""
-ROUNDS, TIMED_STEPS = 7, 2000
+ROUNDS, TIMED_STEPS = 15, 2000
 
 
 def budget_of(
