@@ -29,6 +29,7 @@ from symoro_elastic.foundation.results import Shown, inline_page
 from symoro_elastic.generation import fmu, pipeline
 from symoro_elastic.generation.pipeline import Generated
 from symoro_elastic.machine.restrict import restrict
+from symoro_elastic.machine.within import EXACT
 from symoro_elastic.numerics.values import NoValues
 
 if TYPE_CHECKING:
@@ -237,8 +238,10 @@ def equations(machine: MachineLike, options: Writing) -> Equations:
 def trade(machine: MachineLike, options: Trading) -> Trade:
     """Measure speed and accuracy of every way to build the models of a machine on this computer.
 
-    `advice(tolerance)` of the result is the fastest build within a relative error. Raises `InputError`.
+    `advice(tolerance)` of the result is the fastest build within a relative error. With `within` its `curves` are paths
+    of operations against guaranteed error. Raises `InputError`.
     """
+    from symoro_elastic.analysis.trade_off.guaranteed import curves_of, grids_of
     from symoro_elastic.analysis.trade_off.trade import Request
     from symoro_elastic.analysis.trade_off.trade import trade as measured
     from symoro_elastic.foundation.progress import no_step_progress
@@ -248,6 +251,12 @@ def trade(machine: MachineLike, options: Trading) -> Trade:
     try:
         request = Request(options.effort, options.states, options.extreme, options.rounds, options.seed)
         scene = replace(scene_for(whole, options), merge_angles=options.merge_angles)
-        return measured(whole, scene, request, options.watched or no_step_progress)
+        watched, exact = options.watched or no_step_progress, replace(scene, within=EXACT)
+        if not scene.within:
+            return measured(whole, exact, request, watched)
+        with placed({"scene, within": "--within", "scene, keep": "--keep"} if options.within else {}):
+            grids = grids_of(limited(whole, options.limits, options.scene), scene, watched("leave out"))
+        found = measured(whole, exact, request, watched)
+        return replace(found, curves=curves_of(grids, found.measurements))
     except (CompilationFailed, NoValues) as error:
         raise InputError(whole.label, "trade", str(error)) from None

@@ -29,8 +29,8 @@ from symoro_elastic.api.rows import (
     duration_row,
     force_row,
     form_names,
-    guaranteed_names,
-    kept_names,
+    guaranteed_row,
+    keep_row,
     known_row,
     limits_row,
     merge_angles_row,
@@ -49,6 +49,7 @@ from symoro_elastic.api.rows import (
     table_names,
     target_names,
     values_row,
+    within_row,
 )
 
 if TYPE_CHECKING:
@@ -135,16 +136,9 @@ class Generating(RequestedModels):
     precisions: Sequence[str] = option(
         (), "NAME", "Precision of the C code: {names} (default: double).", kinds.TEXTS, names=precision_names
     )
-    within: str | float | Mapping[str, str | float] = option(
-        {}, "[NAME=]TOL", "Leave out terms while results stay within TOL of the whole model as long as joints are "
-        "within their [limits]: '1%' of the largest value, or a number in the unit of the result; for all, or of a "
-        "result, a joint, or frequencies, the natural ones.", kinds.TOLERANCES,
-    )  # fmt: skip
-    keep: str = option("", "NAME", "What is left out, with --within: {names} (default: terms).", names=kept_names)
-    guaranteed: str = option(
-        "", "NAME", "What stands behind --within: {names} (default: confident, at unseen states).",
-        names=guaranteed_names,
-    )  # fmt: skip
+    within: str | float | Mapping[str, str | float] = within_row()
+    keep: str = keep_row()
+    guaranteed: str = guaranteed_row()
     limits: str = limits_row()
     certify: bool = switch(
         "Say in the code what it guarantees where joints are within their [limits], and write *_in_box, which tells "
@@ -216,6 +210,10 @@ class Trading(RequestedModels):
         20_000, "N", "States to measure errors at; more make the bound at other states tighter.", kinds.WHOLE,
         least=1, most=1_000_000,
     )  # fmt: skip
+    within: str | float | Mapping[str, str | float] = within_row()
+    keep: str = keep_row()
+    guaranteed: str = guaranteed_row()
+    limits: str = limits_row()
     rounds: int = option(15, "N", "Rounds of timing.", kinds.WHOLE, least=1, most=10_000)
     seed: int = seed_row()
     watched: StepProgress | None = argument(None, "Called with the name of a step; returns what counts its work.")

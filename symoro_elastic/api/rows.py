@@ -77,6 +77,26 @@ def limits_row() -> Any:
     )  # fmt: skip
 
 
+def within_row() -> Any:
+    """Return the row of tolerances of results."""
+    return option(
+        {}, "[NAME=]TOL", "Leave out terms while results stay within TOL of the whole model as long as joints are "
+        "within their [limits]: '1%' of the largest value, or a number in the unit of the result; for all, or of a "
+        "result, a joint, or frequencies, the natural ones.", kinds.TOLERANCES,
+    )  # fmt: skip
+
+
+def keep_row() -> Any:
+    """Return the row of what is left out."""
+    return option("", "NAME", "What is left out, with --within: {names} (default: terms).", names=kept_names)
+
+
+def guaranteed_row() -> Any:
+    """Return the row of what stands behind tolerances."""
+    what = "What stands behind --within: {names} (default: confident, at unseen states)."
+    return option("", "NAME", what, names=guaranteed_names)
+
+
 def box_names() -> Iterable[str]:
     """Return where the box of arguments may come from."""
     return BOXES

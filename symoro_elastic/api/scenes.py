@@ -10,7 +10,7 @@ from typing import Any
 
 from symoro_elastic.api.checked_calls import COMMAND
 from symoro_elastic.api.machines import the_machine
-from symoro_elastic.api.options import Generating, Requested, RequestedModels
+from symoro_elastic.api.options import Generating, Requested, RequestedModels, Trading
 from symoro_elastic.api.rows import MachineLike, SceneLike
 from symoro_elastic.formats.files import load_text
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
@@ -89,7 +89,7 @@ def scene_for(
     """Return the scene of a machine with what options request added, and with the form of direct_dynamics."""
     models = options.models if isinstance(options, RequestedModels) else ()
     scene = SceneRequest(models, options.fold, options.only, steps).of(machine, options.scene, note)
-    scene = in_tolerance(scene, options) if isinstance(options, Generating) else scene
+    scene = in_tolerance(scene, options) if isinstance(options, Generating | Trading) else scene
     return in_form(scene, options.form) if isinstance(options, RequestedModels) else scene
 
 
@@ -99,7 +99,7 @@ def in_form(scene: Scene, form: str) -> Scene:
     return scene if form == RECURSION else replace(scene, form=form)
 
 
-def in_tolerance(scene: Scene, options: Generating) -> Scene:
+def in_tolerance(scene: Scene, options: Generating | Trading) -> Scene:
     """Return the scene with the tolerances that options give, in place of its own; raises `InputError`."""
     keep, guaranteed = options.keep, options.guaranteed
     for given, known, option in ((keep, Keep, "--keep"), (guaranteed, Guaranteed, "--guaranteed")):

@@ -52,7 +52,8 @@ def trade(machine: str, options: Trading, reading: Reading, verdict: Verdict, pl
     An error is relative to the largest entry of a result, in units u of half an ulp of 1 in the precision at hand;
     inputs are in double, their rounding is included. The recommended build is within the tolerance at 100 000 further
     states, with 95 % confidence: a bound from the tail of the errors measured. Where the scene has a motion and
-    tolerances, a line says what the ladder predicts for it.
+    tolerances, a line says what the ladder predicts for it. With --within form, precision and terms are steps on one
+    path of operations against guaranteed error.
     """
     from symoro_elastic.analysis.trade_off.views import trade_json
 

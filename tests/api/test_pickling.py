@@ -18,13 +18,18 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
+from symoro_elastic.analysis.ladder.budget import Budget, MeasuredEnd, PathStep, Spent
+from symoro_elastic.analysis.ladder.rung import Rung, Steps
+from symoro_elastic.analysis.trade_off.guaranteed import Contribution, GuaranteedCurve, GuaranteedPoint
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.api.options import Oscillating
 from symoro_elastic.api.vibrations import modes_along
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.results import Result, Shown
 from symoro_elastic.models.chain_joints import InverseRefused
+from symoro_elastic.numerics.guarantees.certificate import Guarantee
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.symbolic.program import OperationCount
 from tests.golden import ROOT
 
 pytest.importorskip("scipy")
@@ -73,12 +78,25 @@ def _identified() -> Any:
     return se.identify(PENDULUM, {"t": motion["t"], "q_swing": motion["q_swing"], "tau_swing": tau})
 
 
+def _budget() -> Budget:
+    machine, errors = read_machine(PLANAR)[0], {"tip.x": 1e-5}
+    steps = Steps("w2", 10, errors, 120)
+    first = PathStep(Spent.WHOLE, (), errors, errors, Rung((), False, {"tip.x": 0.0}, steps))
+    return Budget(machine, {"tip.x": 1e-4}, (first,), MeasuredEnd(errors, 1e-6, 1e-6), steps, None)
+
+
+def _curve() -> GuaranteedCurve:
+    part = Contribution(0.1, Guarantee.PROVEN)
+    one = GuaranteedPoint("recursion", "single", 0.3, 2, OperationCount(3, 4), part, part, 0.05, 7.0)
+    return GuaranteedCurve("direct_dynamics", "1 %", (one,), (0,))
+
+
 def _generated(folder: Path) -> Any:
     return se.generate(PENDULUM, "inertia_matrix", out=folder, report=True)
 
 
 MADE: dict[str, Callable[[Path], Any]] = {
-    "Budget": lambda _: se.ladder(DRIVE, SCENE, budget=True).budget,
+    "Budget": lambda _: _budget(),
     "Comparison": lambda _: se.compare(DRIVE),
     "CodeReport": lambda folder: _generated(folder).reports[0],
     "Control": lambda _: se.control(BALL_SCREW, damping=0.01),
@@ -87,6 +105,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "ExcitingTrajectory": lambda _: _excited(),
     "FeedForward": lambda _: se.feed_forward(DRIVE),
     "Generated": _generated,
+    "GuaranteedCurve": lambda _: _curve(),
     "Identification": lambda _: _identified().found,
     "Identified": lambda _: _identified(),
     "Ladder": lambda _: se.ladder(DRIVE, SCENE),

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from symoro_elastic.analysis.trade_off.configurations import BATCH, Measurement, front
+from symoro_elastic.analysis.trade_off.guaranteed import GuaranteedCurve
 from symoro_elastic.analysis.trade_off.trade import Trade
 from symoro_elastic.foundation.pictures import new_figure
 from symoro_elastic.foundation.results import figures_of
@@ -23,7 +24,35 @@ def pictures(trade: Trade, with_fast_math: bool = False) -> dict[str, Any]:
     return {
         model: picture(f"{trade.machine.name}: {model}", measurements, with_fast_math)
         for model, measurements in trade.measurements.items()
-    }
+    } | {f"{curve.model}_guaranteed": curve_picture(curve) for curve in trade.curves}
+
+
+@figures_of.register
+def _(curve: GuaranteedCurve) -> dict[str, Any]:
+    return {f"{curve.model}_guaranteed": curve_picture(curve)}
+
+
+def curve_picture(curve: GuaranteedCurve) -> Any:
+    """Return a figure: operations against guaranteed error, colours by precision, and the path."""
+    figure = new_figure(8.0, 5.0)
+    axis = figure.add_subplot()
+    path = [curve.points[k] for k in curve.path]
+    axis.step([one.total for one in path], [one.time for one in path], where="post", color=FRONT_COLOUR, zorder=1)
+    for precision, colour in PRECISION_COLOURS.items():
+        some = [one for one in curve.points if one.precision == precision and 0 < one.total < math.inf]
+        if some:
+            axis.scatter([one.total for one in some], [one.time for one in some], color=colour, label=precision)
+    advised = curve.advised
+    if advised.unseen:
+        axis.scatter(advised.unseen, advised.time, marker="x", color="k", label="terms of the advised, unseen states")
+    axis.axvline(1.0, linestyle="--", color="0.4", label="tolerance")
+    axis.set_xscale("log")
+    axis.set_ylim(bottom=0)
+    axis.set_xlabel("guaranteed error, of the tolerance")
+    axis.set_ylabel("time of a call, operations in double precision")
+    axis.set_title(f"{curve.model} within {curve.within}")
+    axis.legend(fontsize="small", frameon=False)
+    return figure
 
 
 def picture(title: str, measurements: Sequence[Measurement], with_fast_math: bool = False) -> Any:

@@ -21,6 +21,7 @@ from symoro_elastic.analysis.trade_off.formulations import (
     formulations,
     refuse_stateless,
 )
+from symoro_elastic.analysis.trade_off.guaranteed import GuaranteedCurve
 from symoro_elastic.analysis.trade_off.timing import ROUNDS, time_runs
 from symoro_elastic.codegen.compile import CompilerMissing
 from symoro_elastic.foundation.errors import InputError
@@ -55,7 +56,8 @@ class Request:
 class Trade(Result):
     """Measurements of every configuration by model, drifts where motion was computed, and notes.
 
-    `form` is the form of direct_dynamics that `generate --form auto` takes, where that is among the models.
+    `form` is the form of direct_dynamics that `generate --form auto` takes, where that is among the models. `curves`
+    are operations against guaranteed error, where tolerances were given.
     """
 
     machine: Machine
@@ -64,6 +66,7 @@ class Trade(Result):
     drifts: list[Drift] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     form: Choice | None = None
+    curves: tuple[GuaranteedCurve, ...] = ()
 
     @property
     def headline(self) -> str:

@@ -11,6 +11,7 @@ from symoro_elastic.analysis.trade_off.advice import Advice, commands, sentence
 from symoro_elastic.analysis.trade_off.configurations import Measurement, front
 from symoro_elastic.analysis.trade_off.drift import Drift
 from symoro_elastic.analysis.trade_off.factors import Effect, effects
+from symoro_elastic.analysis.trade_off.guaranteed_views import guaranteed_parts
 from symoro_elastic.analysis.trade_off.trade import Trade
 from symoro_elastic.codegen.package_context import count_json, operations
 from symoro_elastic.foundation.results import Field, Part, Table, declare, json_of, parts_of, plain, table_of
@@ -127,7 +128,7 @@ def trade_parts(trade: Trade, with_fast_math: bool = False, every: bool = False)
     if trade.drifts:
         steps = f"{trade.drifts[0].steps} steps of {trade.drifts[0].step:.1e} s"
         parts.append(table_of(Drift, trade.drifts, f"free motion without losses, {steps}"))
-    return parts
+    return parts + [part for curve in trade.curves for part in guaranteed_parts(curve)]
 
 
 def trade_json(
@@ -163,4 +164,5 @@ declare(
     Field("drift", "drifts"),
     Field("form"),
     Field("notes"),
+    Field("curves"),
 )

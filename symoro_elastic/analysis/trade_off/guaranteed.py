@@ -1,0 +1,255 @@
+"""Operations of a call against guaranteed error: terms left out, precision and form on one path.
+
+The tolerance of each result is one budget. Each point of the grid is a program: a form of the model, terms left out for
+a share of the tolerance, a precision. Its error is the sum of two, each with what stands behind it: of rounding, by a
+certificate of the very program, and of the terms left out. From the whole model in double precision the path goes to
+the point that saves the most time for the error that it adds, as long as the sum is within the tolerance. Time is
+counted in operations; those of another precision take as long, beside those in double precision, as calls of the whole
+model were measured to take.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from symoro_elastic.analysis.trade_off.configurations import Measurement
+from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.generation.reduced import reduced_models
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.scene import ALL, INERTIA, Scene
+from symoro_elastic.machine.within import Guaranteed
+from symoro_elastic.models.catalogue import BY_INERTIA, DEFAULT_MODELS
+from symoro_elastic.models.traced import Traced
+from symoro_elastic.numerics.guarantees.certificate import Certificate, Guarantee, Subject
+from symoro_elastic.numerics.guarantees.certificates import certificate_of, subject_of
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
+from symoro_elastic.numerics.within.results import EntryError, Reduction
+from symoro_elastic.symbolic.program import OperationCount
+
+SHARES = (0.1, 0.3, 0.98)
+"""Of the tolerance that terms may take; the rest of the last is for rounding."""
+PRECISIONS = (DOUBLE, MIXED, SINGLE)
+SINE = 8
+"""Operations that a sine and cosine count for, as in the search for terms."""
+Entry = tuple[str, int]
+Measured = Mapping[str, Sequence[Measurement]]
+"""By model."""
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """A part of an error, of the tolerance of the result where it is largest, and what stands behind it."""
+
+    error: float
+    word: Guarantee
+
+
+@dataclass(frozen=True)
+class GuaranteedPoint:
+    """A program in a precision: its operations, and the two parts of its error.
+
+    `share` is that of the tolerance which terms may take, `left_out` counts them; `unseen` is the largest error of
+    these at a million states that no search has seen, of the tolerance. `time` is that of as many operations in double
+    precision.
+    """
+
+    form: str
+    precision: str
+    share: float
+    left_out: int
+    operations: OperationCount
+    rounding: Contribution
+    terms: Contribution
+    unseen: float
+    time: float
+
+    @property
+    def total(self) -> float:
+        """The sum of both parts, of the tolerance: never less than the error of both together."""
+        return self.rounding.error + self.terms.error
+
+
+@dataclass(frozen=True, repr=False)
+class GuaranteedCurve(Result):
+    """The points of a model, and the path through them: numbers of points from the whole model to the advised one."""
+
+    model: str
+    within: str
+    points: tuple[GuaranteedPoint, ...]
+    path: tuple[int, ...]
+
+    @property
+    def advised(self) -> GuaranteedPoint:
+        """The end of the path."""
+        return self.points[self.path[-1]]
+
+    @property
+    def saved(self) -> float:
+        """The share of the time of the whole model in double precision that the advised one does not take."""
+        return 1 - self.advised.time / self.points[0].time
+
+    @property
+    def headline(self) -> str:
+        """Model, tolerance, and what is saved."""
+        return f"{self.model} within {self.within}: {len(self.path)} steps, {self.saved:.0%} less time"
+
+
+def grids_of(machine: DescribedMachine, scene: Scene, progress: Progress = no_progress) -> tuple[Grid, ...]:
+    """Return the programs of a scene within its tolerances, in each form that is worth it; raises `InputError`."""
+    scene = replace(scene, models=scene.models or DEFAULT_MODELS, fold=ALL, steps=())
+    forms = [scene.form, *([INERTIA] if scene.form != INERTIA and _has_forms(machine, scene) else [])]
+    grids = tuple(Grid(machine, replace(scene, form=form)) for form in forms)
+    for done, (grid, share) in enumerate(product(grids, SHARES), 1):
+        grid.add(share)
+        progress(done, len(grids) * len(SHARES))
+    return grids
+
+
+def curves_of(grids: Sequence[Grid], measured: Measured) -> tuple[GuaranteedCurve, ...]:
+    """Return the curve of each model; `measured` are times of calls of the whole models."""
+    found: dict[str, list[GuaranteedPoint]] = {}
+    for grid in grids:
+        for model, points in grid.points(measured).items():
+            found.setdefault(model, []).extend(points)
+    within = ", ".join(f"{name} {x}".strip() for name, x in grids[0].scene.within.tolerances.items())
+    return tuple(GuaranteedCurve(model, within, tuple(x), path_through(x)) for model, x in found.items())
+
+
+def path_through(points: Sequence[GuaranteedPoint]) -> tuple[int, ...]:
+    """Return the path from the first point: at each step the most time saved for the error added, within the whole.
+
+    What adds no error comes first, the fastest of it. The sum of a step is that of the step before where it is less.
+    """
+    path, total = [0], points[0].total
+    while True:
+        now = points[path[-1]]
+        better = [k for k, one in enumerate(points) if one.time < now.time and one.total <= 1]
+        if not better:
+            return tuple(path)
+        added = {k: max(points[k].total - total, 0.0) for k in better}
+        gains = {k: (now.time - points[k].time) / x if x else math.inf for k, x in added.items()}
+        path.append(max(better, key=lambda k: (gains[k], -points[k].time)))
+        total = max(total, points[path[-1]].total)
+
+
+def _has_forms(machine: DescribedMachine, scene: Scene) -> bool:
+    """Whether a model of the scene takes fewer operations by the inertia matrix."""
+    if not BY_INERTIA.keys() & {*scene.models}:
+        return False
+    asked = [replace(scene, form=form, models=tuple(BY_INERTIA), outputs={}) for form in (scene.form, INERTIA)]
+    recursion, inertia = (programs(machine, one).package.functions[0].program.count for one in asked)
+    return _time(inertia) < _time(recursion)
+
+
+def _time(count: OperationCount) -> int:
+    return count.products + count.add + SINE * count.sincos
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A function of some programs, with terms left out for a share of the tolerances."""
+
+    asked: Traced
+    function: Function
+    share: float = 0.0
+    reduction: Reduction | None = None
+
+
+class Grid:
+    """The points of all models in one form; `programs` by model, the whole one first."""
+
+    def __init__(self, machine: DescribedMachine, scene: Scene) -> None:
+        self.machine, self.scene = machine, scene
+        self._whole = programs(machine, replace(scene, within=replace(scene.within, tolerances={})))
+        self.programs: dict[str, list[Reduced]] = {}
+        self._allowed: dict[str, dict[Entry, float]] = {}
+        for function in self._whole.package.functions:
+            self.programs[function.name] = [Reduced(self._whole, function)]
+
+    def add(self, share: float) -> None:
+        """Leave terms out for a share of the tolerances."""
+        within = self.scene.within
+        less = {name: replace(x, value=share * x.value) for name, x in within.tolerances.items()}
+        asked = replace(self.scene, within=replace(within, tolerances=less))
+        reduced, models = reduced_models(self.machine, asked, programs, [ROUNDINGS[DOUBLE.name]])
+        for function, one in zip(reduced.package.functions, models, strict=True):
+            allowed = {(x.output, x.index): x.tolerance / share for x in one.reduction.errors if x.tolerance}
+            self._allowed[function.name] = allowed
+            if one.reduction.left_out:
+                self.programs[function.name].append(Reduced(reduced, function, share, one.reduction))
+
+    def points(self, measured: Measured) -> dict[str, list[GuaranteedPoint]]:
+        """Return the points by model, the whole model in double precision first."""
+        return {
+            name: [
+                self._point(one, precision.name, _ratio(measured.get(name, ()), precision.name))
+                for one in some
+                for precision in PRECISIONS
+            ]
+            for name, some in self.programs.items()
+        }
+
+    def _point(self, one: Reduced, precision: str, ratio: float) -> GuaranteedPoint:
+        allowed = self._allowed[one.function.name]
+        errors = {(x.output, x.index): x for x in one.reduction.errors} if one.reduction else {}
+        count = one.function.program.count
+        left_out = len(one.reduction.left_out) if one.reduction else 0
+        unseen = max((errors[place].unseen / allowed[place] for place in errors if place in allowed), default=0.0)
+        terms = _of_terms(errors, allowed, self.scene.within.guaranteed)
+        rounding = _of_rounding(self.certificate(one, precision), one.function, allowed)
+        time = _time(count) * ratio
+        return GuaranteedPoint(self.scene.form, precision, one.share, left_out, count, rounding, terms, unseen, time)
+
+    def certificate(self, one: Reduced, precision: str) -> Certificate:
+        """Return what a program guarantees of its rounding; nothing is known of the pivots of a reduced one."""
+        physical = self.machine.origin.ungrouped or self.machine
+        whole = next(x for x in self._whole.package.functions if x.name == one.function.name)
+        subject = subject_of(self._whole, physical, self.machine.limits, whole, ROUNDINGS[precision])
+        left = subject if one.reduction is None else Subject(one.function, subject.box, ROUNDINGS[precision])
+        return certificate_of(left, one.asked.whole.name)
+
+
+def _ratio(measured: Sequence[Measurement], precision: str) -> float:
+    """Return the time of the fastest call in a precision over that in double; 1 where none is measured."""
+    times = {
+        name: min((x.ns for x in measured if _counts(x, name)), default=math.nan) for name in (DOUBLE.name, precision)
+    }
+    ratio = times[precision] / times[DOUBLE.name]
+    return ratio if math.isfinite(ratio) else 1.0
+
+
+def _counts(one: Measurement, precision: str) -> bool:
+    """Whether a measurement tells the time of compiled code in a precision."""
+    configuration = one.configuration
+    return configuration.build is not None and configuration.is_safe and configuration.precision.name == precision
+
+
+def _of_terms(
+    errors: Mapping[Entry, EntryError], allowed: Mapping[Entry, float], guaranteed: Guaranteed
+) -> Contribution:
+    """The largest error of terms left out, by what was asked for."""
+    if not errors:
+        return Contribution(0.0, Guarantee.PROVEN)
+    proven = guaranteed is Guaranteed.PROVEN
+    bounds = {place: x.bounded if proven else x.confident for place, x in errors.items() if place in allowed}
+    largest = max((math.inf if x is None else x / allowed[place] for place, x in bounds.items()), default=0.0)
+    word = Guarantee.PROVEN if proven else Guarantee.CONFIDENT
+    return Contribution(largest, word if math.isfinite(largest) else Guarantee.NONE)
+
+
+def _of_rounding(certificate: Certificate, function: Function, allowed: Mapping[Entry, float]) -> Contribution:
+    """The largest rounding error: proven if it is within the tolerances then, else at drawn states."""
+    places = [(output.name, k) for output in function.program.outputs for k in range(len(output.entries))]
+    pairs = [(x, allowed[place]) for x, place in zip(certificate.entries, places, strict=True) if place in allowed]
+    proven = max((entry.error / most for entry, most in pairs), default=0.0)
+    likely = max((entry.likely / most for entry, most in pairs), default=0.0)
+    if proven <= 1:
+        return Contribution(proven, Guarantee.PROVEN)
+    return Contribution(likely, Guarantee.CONFIDENT if math.isfinite(likely) else Guarantee.NONE)
