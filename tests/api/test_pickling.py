@@ -82,7 +82,7 @@ def _budget() -> Budget:
     machine, errors = read_machine(PLANAR)[0], {"tip.x": 1e-5}
     steps = Steps("w2", 10, errors, 120)
     first = PathStep(Spent.WHOLE, (), errors, errors, Rung((), False, {"tip.x": 0.0}, steps))
-    return Budget(machine, {"tip.x": 1e-4}, (first,), MeasuredEnd(errors, 1e-6, 1e-6), steps, None)
+    return Budget(machine, {"tip.x": 1e-4}, (first,), MeasuredEnd(errors, errors, 1e-6, 1e-6), steps, None)
 
 
 def _curve() -> GuaranteedCurve:

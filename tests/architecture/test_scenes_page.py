@@ -48,13 +48,12 @@ def test_commands_print_what_the_page_shows(folder: Path) -> None:
     static = tomllib.loads((folder / "reduced.toml").read_text(encoding="utf-8"))["scene"]["static"]
     assert static == pytest.approx(shown.pop("scene")["static"], abs=float(BELOW))
     assert written == shown
-    for name in ("rungs", "budget"):
-        drawn, kept = (re.findall("<!-- .* -->", path.read_text(encoding="utf-8")) for path in plots(folder, name))
-        assert drawn == kept
+    for drawn, kept in (("plots/rungs.svg", "scenes_rungs.svg"), ("spent/budget.svg", "scenes_budget.svg")):
+        assert labels(folder / drawn) == labels(ROOT / "docs" / kept)
 
 
-def plots(folder: Path, name: str) -> tuple[Path, Path]:
-    return folder / "plots" / f"{name}.svg", ROOT / "docs" / f"scenes_{name}.svg"
+def labels(plot: Path) -> list[str]:
+    return re.findall("<!-- .* -->", plot.read_text(encoding="utf-8"))
 
 
 @pytest.mark.thorough

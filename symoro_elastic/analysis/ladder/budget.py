@@ -57,10 +57,11 @@ class PathStep:
 class MeasuredEnd:
     """The end of a path, simulated beside the whole machine: errors of everything by output, and times of a step, s.
 
-    `mixed` is the time of a step in mixed precision.
+    `mixed` and `errors_mixed` are those in mixed precision.
     """
 
     errors: Mapping[str, float]
+    errors_mixed: Mapping[str, float]
     seconds: float
     mixed: float
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symoro_elastic.analysis.ladder.budget import Budget, MeasuredEnd, PathStep, Spent, Word
+from symoro_elastic.analysis.ladder.budget import Budget, MeasuredEnd, PathStep, Spent
 from symoro_elastic.analysis.ladder.budget_path import FILLED, BudgetPath
 from symoro_elastic.analysis.ladder.measured_rungs import Measurement
-from symoro_elastic.analysis.ladder.predicted_rungs import WHOLE
+from symoro_elastic.analysis.ladder.predicted_rungs import WHOLE, Prediction
 from symoro_elastic.analysis.ladder.rung import Rung, Steps
 from symoro_elastic.analysis.simulation.compiled_steps import Trajectory
 from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
@@ -40,10 +40,11 @@ def budget_of(
             break
         dropped.insert(0, path.pop())
     seconds, mixed = times(measurement, path[-1].rung)
-    if mixed <= FASTER * seconds and (precise := _in_mixed_precision(measurement, path[-1])):
-        path.append(precise)
-        errors = measured_errors(measurement, precise.rung, MIXED)
-    end = MeasuredEnd(errors, seconds, mixed)
+    in_mixed = measured_errors(measurement, path[-1].rung, MIXED)
+    if mixed <= FASTER * seconds and relative(in_mixed, prediction.tolerance) <= 1:
+        path += _in_mixed_precision(prediction, path[-1])
+    errors = in_mixed if path[-1].spent is Spent.PRECISION else errors
+    end = MeasuredEnd(errors, in_mixed, seconds, mixed)
     return Budget(prediction.machine, prediction.tolerance, tuple(path), end, full, alone, tuple(dropped))
 
 
@@ -83,13 +84,10 @@ def times(measurement: Measurement, rung: Rung) -> tuple[float, float]:
     return double, mixed
 
 
-def _in_mixed_precision(measurement: Measurement, last: PathStep) -> PathStep | None:
-    """Return the same model in mixed precision; None where its rounding has no room, or is measured to have none."""
-    prediction = measurement.prediction
+def _in_mixed_precision(prediction: Prediction, last: PathStep) -> list[PathStep]:
+    """Return the same model in mixed precision; nothing where its rounding has no room."""
     added = prediction.arithmetic(last.rung)
     total = {name: x + added[name] for name, x in last.total.items()}
     if any(total[name] > FILLED * limit for name, limit in prediction.tolerance.items()):
-        return None
-    if relative(measured_errors(measurement, last.rung, MIXED), prediction.tolerance) > 1:
-        return None
-    return PathStep(Spent.PRECISION, (), added, total, last.rung, Word.PREDICTED)
+        return []
+    return [PathStep(Spent.PRECISION, (), added, total, last.rung)]

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 from symoro_elastic.analysis.trade_off.guaranteed import Contribution, GuaranteedCurve, GuaranteedPoint
 from symoro_elastic.codegen.package_context import count_json, operations
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
 from symoro_elastic.numerics.guarantees.certificate import Guarantee
+from symoro_elastic.numerics.guarantees.wording import at_most
 from symoro_elastic.numerics.within.states import WORDS
 
 declare(Contribution, Field("error"), Field("word", lambda x: str(x.word)))
@@ -56,7 +55,7 @@ def advice(curve: GuaranteedCurve) -> str:
     if not one.left_out:
         return f"{what}, nothing left out: {less}"
     terms = f"{one.left_out} terms left out for {one.share:.0%} of the tolerance"
-    return f"{what}, {terms}: {less}; at a million unseen states they take {_share(one.unseen)} of it at most"
+    return f"{what}, {terms}: {less}; at a million unseen states they take {one.unseen:.0%} of it at most"
 
 
 def _explained(curve: GuaranteedCurve) -> list[str]:
@@ -70,6 +69,4 @@ def _contribution(part: Contribution) -> tuple[str, str]:
 
 
 def _share(x: float) -> str:
-    if not math.isfinite(x):
-        return str(Guarantee.NONE)
-    return f"{x:.1%}" if x >= 1e-3 or not x else f"{x:.0e}"
+    return at_most(x) if x else "0"
