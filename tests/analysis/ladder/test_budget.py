@@ -25,12 +25,13 @@ from symoro_elastic.analysis.ladder.numbers import LeftOutNumbers
 from symoro_elastic.analysis.ladder.predicted_rungs import WHOLE, Prediction
 from symoro_elastic.analysis.ladder.rungs import measured_ladder, reduced_scene
 from symoro_elastic.analysis.simulation.observed import Observer
+from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
 from symoro_elastic.codegen.precision import MIXED
 from symoro_elastic.formats.toml.writing import write_scene
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine import scene as request
 from tests.analysis.ladder.scenes import Scene, many
-from tests.command_line import EXAMPLES, refused, run
+from tests.command_line import EXAMPLES, refused
 
 NOT_TOLD = 1 - FILLED
 """Of the tolerance: what the linear model may not tell."""
@@ -176,9 +177,7 @@ def test_the_scene_of_the_end_simulates_within_the_tolerance(tmp_path: Path) -> 
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(
-    "name", ["two_axis, 60 ms", "two_axis, 80 ms, pushed", "flex4, fast", "random 15", "random 20"]
-)
+@pytest.mark.parametrize("name", ["two_axis, 80 ms, pushed", "flex4, fast", "random 15", "random 20"])
 def test_claims_of_other_machines_and_motions_hold(name: str) -> None:
     """Machine tools, an arm, random trees; motors that follow exactly, servos, and forces on the tool."""
     scene = many()[name]()
@@ -192,17 +191,13 @@ def test_claims_of_other_machines_and_motions_hold(name: str) -> None:
 
 
 @pytest.mark.thorough
-def test_the_scene_of_the_page_takes_a_tenth_fewer_operations_than_by_springs_alone(tmp_path: Path) -> None:
-    arguments = ("--scene", str(MOVE), "--budget", "--save", str(tmp_path / "reduced.toml"), "--plots", str(tmp_path))
-    printed = run("ladder", str(TWO_AXIS), *arguments).stdout
-    assert "one budget for everything" in printed and "none is proven" in printed
-    assert (tmp_path / "budget.png").exists()
+def test_the_scene_of_the_page_takes_a_tenth_fewer_operations_than_by_springs_alone() -> None:
     climbed = se.ladder(TWO_AXIS, MOVE, budget=True)
     spent = climbed.budget
     assert spent is not None and spent.is_within and spent.saved >= 0.1
     assert measured_line(spent).endswith("within the tolerance") and climbed.as_json()["budget"]["within"]
-    saved = (tmp_path / "reduced.toml").read_text()
-    assert all(name in saved for name in spent.advised.rung.left_out)
+    assert relative(spent.measured.errors_mixed, spent.tolerance) <= 1
+    assert {*climbed.plot()} == {"rungs", "budget"} and {*spent.plot()} == {"budget"}
 
 
 def test_tolerances_of_results_are_refused_beside_a_budget(tmp_path: Path) -> None:
