@@ -43,7 +43,8 @@ def largest(target: Target, box: Box, *, closeness: float = CLOSENESS, seconds: 
     """Return a bound of the largest |f| over a box; positions of the box that are no angles are slides.
 
     The work ends when the bound is at most `closeness` times a value that is taken on, but for what the surface leaves
-    out, or after so many seconds, with what is proven then. All other variables are taken as those of the motion.
+    out, or after so many seconds, with what is proven then. All other variables are taken as those of the motion. A
+    variable that stands inside of sines and outside of them is two, in what is close to a value (`separated.py`).
     """
     try:
         found = surface(target, box)
@@ -127,10 +128,8 @@ class _Values(Search):
         for j in reversed(range(len(found.axes))):
             values = values @ self._basis(j, np.array(phases.get(j, 0.0)))
         s = self.signs.worst(values, found.monomials, len(found.motion))
-        ranges = [box.ranges[name] for name in found.motion]
-        return positions | {
-            name: x.low + (x.high - x.low) * (1 + k) / 2 for name, x, k in zip(found.motion, ranges, s, strict=True)
-        }
+        motion = [(box.ranges[name], name, k) for name, k in zip(found.motion, s, strict=True) if name in box.ranges]
+        return positions | {name: x.low + (x.high - x.low) * (1 + k) / 2 for x, name, k in motion}
 
     def _arranged(self, coefficients: Array) -> AnyArray:
         """Return coefficients with the axes of cells first, then the motion, the axes of grids, and one more."""

@@ -29,6 +29,7 @@ from symoro_elastic.numerics.guarantees.coefficients import (
     variable,
 )
 from symoro_elastic.numerics.guarantees.degrees import Degrees, NotPolynomial, degrees
+from symoro_elastic.numerics.guarantees.separated import separated
 from symoro_elastic.symbolic.expression import Operand
 
 Target: TypeAlias = "Operand | tuple[Operand, Operand]"
@@ -91,6 +92,8 @@ def axes_of(found: Degrees, box: Box) -> tuple[Axis, ...]:
 
 def surface(target: Target, box: Box) -> Surface:
     """Return a target as a surface over a box; raises `NotPolynomial`."""
+    roots, box = separated(parts(target), box)
+    target = roots[0] if len(roots) == 1 else (roots[0], roots[1])
     found = degrees_of(target, box)
     axes = axes_of(found, box)
     if (points := math.prod(len(axis.nodes) for axis in axes)) > MOST_POINTS:

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import symoro_elastic as se
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.generation.pipeline import prepare, programs
 from symoro_elastic.machine.limits import Range
@@ -18,14 +19,18 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, arithmetic
 from symoro_elastic.numerics.guarantees import polynomial_rounding
 from symoro_elastic.numerics.guarantees.box import Box
+from symoro_elastic.numerics.guarantees.box import box_of as box_of_machine
 from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Graph, Level, Operand, reachable
 from symoro_elastic.symbolic.operations import COS, SIN
 from symoro_elastic.symbolic.program import Program
+from tests.benchmarks.certificates import with_values
 from tests.command_line import EXAMPLES
+from tests.numerics.guarantees.attack import Attack
 from tests.numerics.guarantees.attacked import box_of
+from tests.numerics.guarantees.boxes import limits_of_test
 
 DOUBLE, SINGLE, MIXED = (ROUNDINGS[name] for name in ("double", "single", "mixed"))
 PI = math.pi
@@ -79,6 +84,19 @@ def test_models(name: str, asked: str, half: float, ratio: float, rounding: obje
         assert worst <= found.bound * (1 + 2.0**-10)  # what the wider type may be off
         assert found.bound <= found.crude
         assert found.bound <= ratio * worst or worst == 0.0
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(not HAS_EXTENDED, reason="no type is wider than double")
+@pytest.mark.parametrize(("scale", "ratio"), [(1.0, 24), (0.2, 16)])
+def test_a_heavy_arm(scale: float, ratio: float) -> None:
+    """The fourth torque of the RX90: the sum of errors is bounded at once, not that of the largest errors."""
+    machine = with_values(se.read(EXAMPLES / "rx90.par"))
+    program = programs(machine, Scene(models=("inverse_dynamics",))).models[0].program
+    box = box_of_machine(machine, limits_of_test(machine, scale), program.inputs, program.used)
+    x = program.outputs[0].entries[3]
+    worst = Attack([x], box, "double").run(30_000, rounds=20, kept=200).error[0]
+    assert worst <= rounding_bound(x, box, DOUBLE).bound <= ratio * worst
 
 
 @st.composite
