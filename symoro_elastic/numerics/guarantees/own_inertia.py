@@ -8,7 +8,9 @@ solved for. With the inertia J_j of body j about the origin of its frame, e_j th
 Proof: what joint c hands on, K_c - K_c e e' K_c / H_c, is positive semidefinite where K_c is, for H_c >= e' K_c e; so
 K_j >= J_j by induction from the tips. It needs bodies that can exist: no mass and no central inertia below zero. Where
 joints are coupled, H_j >= Ia_j is left: the rotors of independent joints add a diagonal matrix to one that is positive
-semidefinite.
+semidefinite. The whole bound holds where all joints from the base to j are independent and solved for after j: H_j is
+the least energy 2 G with qdd_j = 1 and coordinates still to be solved for at rest (`knowledge.py`), so the antecedent
+of body j is at rest, and body j alone has e_j' J_j e_j.
 
 It holds at every position, and it costs nothing. Base inertial parameters are not those of bodies: grouping does not
 change H_j, so the lemma is applied to the machine before.
@@ -16,7 +18,7 @@ change H_j, so the lemma is applied to the machine before.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from itertools import combinations
 from typing import Any
@@ -36,18 +38,19 @@ from symoro_elastic.symbolic.expression import Expression
 RATIONALS: Arithmetic[Fraction] = Arithmetic(Fraction, RATIONAL)
 
 
-def own_inertias(machine: Machine, box: Mapping[str, Interval]) -> dict[int, Array]:
+def own_inertias(machine: Machine, box: Mapping[str, Interval], from_rest: Collection[int]) -> dict[int, Array]:
     """A lower bound of H_j by joint, where the machine has one above zero; empty where bodies cannot exist.
 
-    `machine` has the inertial parameters of bodies; `box` has its parameters.
+    `machine` has the inertial parameters of bodies; `box` has its parameters; `from_rest` are the joints whose body has
+    an antecedent at rest where the joint is solved for.
     """
     mechanism = Tree(machine).mechanism
     links = {j: mechanism.link(j) for j in machine.independent}
     found: dict[int, Array] = {}
-    alone = not machine.is_coupled and _can_exist(mechanism, box)
+    possible = _can_exist(mechanism, box)
     for j, link in links.items():
         least = _low(link.rotor_inertia, box)
-        if alone:
+        if possible and j in from_rest:
             least = least + _low(_about_axis(link), box)
         if np.all(least > 0):
             found[j] = np.nextafter(least, -np.inf)

@@ -187,7 +187,7 @@ class _Summand(NamedTuple):
 
 
 def _first_sum(program: _Program, root: Expression, sums: Sequence[_Summand]) -> float:
-    """Return a bound of the first sum: its largest parts, or the largest value of most of it on a grid, and the rest."""
+    """Return a bound of the first sum: its largest parts, or most of it on a grid and the rest."""
     alone = sum(one.single + one.added for one in sums)
     able = [one for one in sums if 0 < one.together <= TOGETHER * one.single]
     if not able or not program.axes:

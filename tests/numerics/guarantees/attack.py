@@ -67,7 +67,7 @@ class Attack:
 
     def run(self, drawn: int, rounds: int = 20, kept: int = 20) -> Worst:
         """The worst of random states, half of them at corners, and of climbing from the worst of these."""
-        states = self._held(self.box.states(drawn, self.rng))
+        states = self.held(self.box.states(drawn, self.rng))
         errors, values = self.errors(states)
         worst = Worst(errors.max(axis=1), values.min(axis=1), values.max(axis=1))
         for kind in range(len(self._measures(errors, values))):
@@ -107,9 +107,9 @@ class Attack:
             change = self.rng.normal(size=len(x)) * step * (found.high - found.low) * (self.rng.random(len(x)) < 0.3)
             ends = self.rng.choice([found.low, found.high], len(x))
             moved[name] = np.where(self.rng.random(len(x)) < 0.05, ends, x + change)
-        return self._held(moved)
+        return self.held(moved)
 
-    def _held(self, states: States) -> States:
+    def held(self, states: States) -> States:
         """States as arrays of the precision hold them, within the box."""
         held = {}
         for name, x in states.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -20,12 +21,14 @@ from symoro_elastic.machine.limits import JointLimits, Limits
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.guarantees.box import box_of
 from symoro_elastic.numerics.guarantees.certificate import Certificate, Guarantee
 from symoro_elastic.numerics.guarantees.certificates import Effort
 from symoro_elastic.numerics.guarantees.wording import at_least, at_most
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression, Operand
 from symoro_elastic.symbolic.operations import DIVIDE
+from tests.benchmarks.certificates import with_values
 from tests.closed_chains.machines import machine as closed_machine
 from tests.command_line import refused, run
 from tests.numerics.guarantees.attack import ROUNDED, SLACK, Attack
@@ -100,6 +103,41 @@ def test_divisors_are_above_their_bounds(name: str) -> None:
     assert found.pivots
     for bound, worst in zip(found.pivots, least, strict=True):
         assert 0 < bound.least <= worst * (1 + 1e-12), bound
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "name", ["sr400", "gantry", "geared_6r", "palletizer", "coupled_wrist", "differential", "five_bar"]
+)
+def test_pivots_of_coupled_machines_are_schur_complements(name: str) -> None:
+    """At least the one over all coordinates, at most the entry of the inertia matrix; at least what is proven."""
+    machine = limited(with_values(closed_machine(name)), 0.2)
+    asked = programs(machine, Scene(models=("direct_dynamics", "inertia_matrix")))
+    direct, inertia = (function.program for function in asked.package.functions)
+    pivots = {h: x for h, x in direct.quantities.items() if re.fullmatch(r"H\d+", h) and isinstance(x, Expression)}
+    box = box_of(asked.machine, machine.limits, direct.inputs, direct.used | inertia.used)
+    states = box.states(100, np.random.default_rng(3))
+    entries = inertia.outputs[0].entries
+    n = len(asked.machine.independent)
+    value = evaluate([*pivots.values()], states, arithmetic(np.float64))
+    entry = evaluate(entries, states, arithmetic(np.float64))
+    matrix = np.array([np.broadcast_to(entry(x), 100) for x in entries]).reshape(n, n, 100).transpose(2, 0, 1)
+    least = 1 / np.diagonal(np.linalg.inv(matrix), axis1=1, axis2=2)
+    found = certified(machine, "direct_dynamics", sub_boxes=1)
+    bounds = {pivot.name: pivot.least for pivot in found.pivots}
+    assert pivots
+    for pivot, x in pivots.items():
+        k = asked.machine.independent.index(int(pivot[1:]))
+        assert np.all(least[:, k] <= value(x) * (1 + 1e-7)), pivot
+        assert np.all(value(x) <= matrix[:, k, k] * (1 + 1e-9)), pivot
+        assert bounds.get(pivot, 0.0) <= np.min(value(x)) * (1 + 1e-9), pivot
+
+
+@pytest.mark.thorough
+def test_no_pivot_of_a_possible_machine_vanishes() -> None:
+    """The sr400 in its whole workspace: a loop, and no rotors."""
+    found = certified(limited(MACHINES["sr400"]()), "direct_dynamics", sub_boxes=4)
+    assert all(pivot.least > 0 for pivot in found.pivots)
 
 
 @pytest.mark.thorough
