@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.numerics.guarantees.box import Box, points
+from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
 from symoro_elastic.numerics.guarantees.running_error import Bounds, Known, Rounding, running_errors
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
@@ -28,6 +29,8 @@ from symoro_elastic.symbolic.operations import DIVIDE
 MOST_SUB_BOXES = 64
 DRAWN, UNSEEN = 1000, 1_000_000
 """States at which errors are proven, and unseen ones that a bound is estimated for."""
+MOST_TIMES = 1000.0
+"""A proven error or range that is so many times that of drawn states says nothing of the code: it is not told."""
 PIVOT = re.compile(r"H\d+")
 """What the inertia that a joint moves is called, where a divisor has several names."""
 
@@ -45,8 +48,9 @@ class EntryBound:
     """Of one entry of a result: its range in exact arithmetic, and the error of its computed value.
 
     `name` is that of the result, `entry` what the entry belongs to. `low`, `high` and `error` are proven; infinite
-    where nothing is. `likely` bounds the error at `UNSEEN` states drawn as `Box.states` draws them, with a probability
-    of `CONFIDENCE`: at each of the drawn states the error is proven, and the tail beyond them is estimated.
+    where nothing is, or what is proven is more than `MOST_TIMES` what drawn states have. `likely` bounds the error at
+    `UNSEEN` states drawn as `Box.states` draws them, with a probability of `CONFIDENCE`: at each of the drawn states
+    the error is proven, and the tail beyond them is estimated.
     """
 
     name: str
@@ -167,11 +171,10 @@ def certificate_over(subject: Subject, machine: str, parts: Parts, seed: int = 0
     """What a function guarantees over its box, from these sub-boxes of it."""
     bounds = subject.bounds(parts)
     errors = np.max(subject.errors(bounds), axis=1) if subject.results else np.empty(0)
-    likely = _likely(subject, np.random.default_rng(seed))
-    ranges = [bounds.range_of(x) for x in subject.results]
+    drawn = _drawn(subject, np.random.default_rng(seed))
     entries = [
-        EntryBound(name, entry, float(np.min(x.low)), float(np.max(x.high)), float(error), float(min(often, error)))
-        for (name, entry), x, error, often in zip(labels(subject.function), ranges, errors, likely, strict=True)
+        _entry(name, entry, bounds.range_of(x), float(error), often)
+        for (name, entry), x, error, often in zip(labels(subject.function), subject.results, errors, drawn, strict=True)
     ]
     largest = max((float(np.max(bounds.computed(node).magnitude)) for node in subject.nodes), default=0.0)
     return Certificate(
@@ -186,6 +189,26 @@ def certificate_over(subject: Subject, machine: str, parts: Parts, seed: int = 0
     )
 
 
+class _Drawn(NamedTuple):
+    """At drawn states: the largest magnitude of a result, and the bound on errors at more of them."""
+
+    largest: float
+    error: float
+
+
+def _entry(name: str, entry: str, found: Interval, error: float, drawn: _Drawn) -> EntryBound:
+    """What is proven of an entry, as far as it is near what drawn states have, and what these say."""
+    low, high = float(np.min(found.low)), float(np.max(found.high))
+    if _is_far(max(abs(low), abs(high)), drawn.largest):
+        low, high = -math.inf, math.inf
+    told = math.inf if _is_far(error, drawn.error) else error
+    return EntryBound(name, entry, low, high, told, min(drawn.error, error))
+
+
+def _is_far(proven: float, drawn: float) -> bool:
+    return 0 < drawn < proven / MOST_TIMES
+
+
 def sub_boxes_of(subject: Subject, most: int, progress: Progress = no_progress) -> Parts:
     """The sub-boxes in which errors are bounded, at most so many."""
     parts = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used).whole
@@ -193,13 +216,15 @@ def sub_boxes_of(subject: Subject, most: int, progress: Progress = no_progress) 
     return cut(parts, names, lambda tried: subject.errors(subject.bounds(tried), adjoints=False), most, progress)
 
 
-def _likely(subject: Subject, rng: np.random.Generator) -> list[float]:
-    """Bounds on errors at states that are not drawn, from proven ones at drawn states."""
+def _drawn(subject: Subject, rng: np.random.Generator) -> list[_Drawn]:
+    """Values at drawn states, and bounds on errors at states that are not drawn, from proven ones at drawn states."""
     used = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used)
     if not used.ranges:
-        return [0.0] * len(subject.results)
-    errors = subject.errors(subject.bounds(points(used.states(DRAWN, rng))), adjoints=False)
-    return [bound_of_more(row, UNSEEN) if np.any(row) else 0.0 for row in errors]
+        return [_Drawn(0.0, 0.0)] * len(subject.results)
+    bounds = subject.bounds(points(used.states(DRAWN, rng)))
+    largest = [float(np.max(bounds.range_of(x).magnitude)) for x in subject.results]
+    errors = [bound_of_more(row, UNSEEN) if np.any(row) else 0.0 for row in subject.errors(bounds, adjoints=False)]
+    return [_Drawn(value, error) for value, error in zip(largest, errors, strict=True)]
 
 
 def labels(function: Function) -> Iterator[tuple[str, str]]:

@@ -24,8 +24,8 @@ from symoro_elastic.numerics.guarantees.running_error import Rounding
 class Effort:
     """How much is tried: sub-boxes at most, the seed of drawn states, and what is told of the work.
 
-    With `polynomials` errors of results that are polynomials (inverse models, inertia matrices) are proven by their
-    coefficients, too: seconds for six joints.
+    With `polynomials` errors and ranges of results that are polynomials (inverse models, inertia matrices) are proven
+    by their coefficients, too: up to half a minute for six joints.
     """
 
     most_sub_boxes: int = MOST_SUB_BOXES

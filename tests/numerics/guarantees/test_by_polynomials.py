@@ -16,7 +16,7 @@ from symoro_elastic.numerics.guarantees.grid import largest
 from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from tests.numerics.guarantees.attack import SLACK, Attack
-from tests.numerics.guarantees.test_certificates import HINGE, MACHINES, QUICK, certified, limited
+from tests.numerics.guarantees.test_certificates import HINGE, MACHINES, QUICK, certified, limited, results_of
 
 SECONDS = 3.0
 """Bounds are attacked that are proven when time is over, too."""
@@ -59,6 +59,13 @@ def test_certificates_take_the_smaller_error() -> None:
     errors = [(one.error, two.error) for one, two in zip(refined.entries, plain.entries, strict=True)]
     assert all(one <= two for one, two in errors)
     assert all(entry.likely <= entry.error for entry in refined.entries)
+    assert all(
+        one.low >= two.low and one.high <= two.high for one, two in zip(refined.entries, plain.entries, strict=True)
+    )
+    worst = Attack(results_of(machine, "inertia_matrix"), refined.box, "double").run(2000, rounds=6)
+    for entry, low, high in zip(refined.entries, worst.low, worst.high, strict=True):
+        assert entry.low <= low and high <= entry.high
+        assert entry.high - entry.low <= 1.2 * (high - low) + 1e-9 * entry.magnitude
     assert told[-1] == (len(refined.entries), len(refined.entries))
 
 
