@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.machine.limits import Limits, Range
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.numerics.guarantees.intervals import Interval
@@ -27,8 +27,6 @@ LIMITED = {
 }
 """Which limit of a joint is the range of an entry of each argument."""
 FULL_TURN = Range(-np.pi, np.pi)
-AT_CORNERS = 0.5
-"""Share of drawn states whose velocities, accelerations and torques are ends of their ranges."""
 
 
 @dataclass(frozen=True)
@@ -70,19 +68,24 @@ class Box:
         return hashlib.sha256(text.encode()).hexdigest()[:12]
 
     def states(self, count: int, rng: np.random.Generator) -> dict[str, Array]:
-        """Values of all variables at random states, evenly; in half of them all but positions are at ends of ranges.
+        """Values of all variables at random states, as `drawn` draws them."""
+        low, high = (
+            np.array([getattr(x, end) for x in self.ranges.values()]).reshape(-1, 1) for end in ("low", "high")
+        )
+        positions = np.array([name in self.positions for name in self.ranges], dtype=bool).reshape(-1, 1)
+        return dict(zip(self.ranges, drawn(low, high, positions, count, rng), strict=True))
 
-        Errors that are linear in velocities, accelerations and torques are largest there.
-        """
-        corner: AnyArray = rng.random(count) < AT_CORNERS
-        return {name: self._drawn(name, count, corner, rng) for name in self.ranges}
 
-    def _drawn(self, name: str, count: int, corner: AnyArray, rng: np.random.Generator) -> Array:
-        found = self.ranges[name]
-        inside = rng.uniform(found.low, found.high, count)
-        if name in self.positions:
-            return inside
-        return np.where(corner, rng.choice([found.low, found.high], count), inside)
+def drawn(low: Array, high: Array, positions: BoolArray, count: int, rng: np.random.Generator) -> Array:
+    """Return states (variables, count) between ends (variables, 1): drawn evenly, half with all but positions at ends.
+
+    Errors that are linear in velocities, accelerations and torques are largest there.
+    """
+    part = rng.random((len(low), count))
+    corners = slice(count - count // 2, None)
+    part[:, corners] = np.where(positions, part[:, corners], np.round(part[:, corners]))
+    found: Array = np.minimum(low + (high - low) * part, high)
+    return found
 
 
 def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iterable[str] = ()) -> Box:

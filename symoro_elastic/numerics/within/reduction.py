@@ -8,7 +8,7 @@
        more, and, where one is given, by a bound on all states of the box. Where this exceeds a tolerance, the limit of
        that result is lowered by as much, and the search starts again.
 
-The guarantee is that of the judges: "95 % confidence at 1e6 states" drawn as `states.WORDS` says, or with `bound` what
+The guarantee is that of the judges: "95 % confidence at 1e6 states" drawn as `box.drawn` says, or with `bound` what
 it proves. States at rest are in the sample with limits of nearly zero for results that are zero there: these stay zero.
 """
 

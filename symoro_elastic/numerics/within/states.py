@@ -9,9 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.numerics.guarantees.box import drawn
 from symoro_elastic.numerics.within.tape import Tape
-
-WORDS = "half of the states drawn evenly from the box, half with all but positions at its corners"
 
 
 class Interval(Protocol):
@@ -69,11 +68,8 @@ class Bounds:
         return found
 
     def draw(self, states: int, rng: np.random.Generator) -> Array:
-        """Return states (symbols, states); velocities, accelerations and torques of the second half are at corners."""
-        part = rng.random((len(self.low), states))
-        corners = slice(states - states // 2, None)
-        part[:, corners] = np.where(self.is_position, part[:, corners], np.round(part[:, corners]))
-        return self.low + (self.high - self.low) * part
+        """Return states (symbols, states)."""
+        return drawn(self.low, self.high, self.is_position, states, rng)
 
     def at_rest(self, states: int, rng: np.random.Generator) -> Array:
         """Return states at random positions, the first at the origin; zero, or what is nearest to it, for all else."""
