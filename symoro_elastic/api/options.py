@@ -179,7 +179,7 @@ class Certifying(RequestedModels):
         64, "N", "Parts that the box is cut into at most; more make bounds smaller.", kinds.WHOLE, least=1, most=4096
     )
     polynomials: bool = switch(
-        "Bound rounding errors of inverse models and inertia matrices by their coefficients, too: seconds, for less."
+        "Bound errors and ranges of inverse models and inertia matrices by their coefficients, too: slower, and nearer."
     )
     seed: int = seed_row()
     announce: Announce = announce_row()

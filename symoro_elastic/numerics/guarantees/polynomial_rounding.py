@@ -210,7 +210,7 @@ def _first_sum(program: _Program, root: Expression, sums: Sequence[_Summand]) ->
         for part in coefficients_of(x, program.axes):
             grid.add(weight, part)
     others = alone - sum(one.single for one in chosen)
-    return min(alone, grid.bound + missing + others * (1 + 1e-9))
+    return min(alone, grid.bound + missing * grid.factor + others * (1 + 1e-9))
 
 
 def _ratios(
