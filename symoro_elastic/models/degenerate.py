@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.domain import Domain
 from symoro_elastic.machine.machine import Joint, Kind, Machine
@@ -26,12 +25,10 @@ from symoro_elastic.mechanics.dynamics import AccelerationKnown, Rule, SingularP
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.coordinate_inertia import coordinate_inertia
-from symoro_elastic.models.floating_base import inertia
 from symoro_elastic.models.loops.plan import Plan, plan_of
 from symoro_elastic.models.modular import modulo_prime
+from symoro_elastic.models.position import Position
 from symoro_elastic.models.rules import base_rule
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 
 __all__ = ["Degeneracy", "SingularPivot", "degeneracies"]
 
@@ -200,26 +197,13 @@ def _symbols(machine: Machine, plan: Plan) -> Iterator[dict[str, float]]:
 
 def _directions(bound: Bound, symbols: Mapping[str, float], known_motors: bool) -> tuple[Array, Array]:
     """Columns that span the velocities of base and coordinates which meet no inertia, and S, at one position."""
-    machine, coordinates = bound.machine, bound.coordinates
-    independent = machine.independent
-    held = [coordinates.S_x[j].get(k, 0) for j in (bound.motors if known_motors else ()) for k in independent]
-    S = [coordinates.S[j].get(k, 0) for j in machine.articulated for k in independent]
-    A = inertia(bound, coordinate_inertia(bound), independent).entries
-    size = len(independent) + machine.degrees_of_base
-    rows = [_numbers(entries, symbols) for entries in (A, held, S)]
-    A_here, held_here, S_here = (
-        x.reshape(-1, n) for x, n in zip(rows, (size, len(independent), len(independent)), strict=True)
-    )
-    of_base = size - len(independent)
-    still = np.pad(held_here, ((0, 0), (of_base, 0)))
+    machine, here = bound.machine, Position(bound, symbols)
+    A, of_base = here.inertia(), machine.degrees_of_base
+    held = here.rows([bound.coordinates.S_x[j] for j in (bound.motors if known_motors else ())])
+    still = np.pad(held, ((0, 0), (of_base, 0)))
     if machine.floating and base_rule(bound) is None:
-        still = np.vstack([still, np.eye(6, size)])
-    return _null(A_here, _kernel(still)), S_here
-
-
-def _numbers(entries: Sequence[Scalar], symbols: Mapping[str, float]) -> Array:
-    value = evaluate(entries, symbols, FLOATS)
-    return np.array([float(value(x)) for x in entries])
+        still = np.vstack([still, np.eye(6, len(A))])
+    return _null(A, _kernel(still)), here.S[list(machine.articulated)]
 
 
 def _kernel(rows: Array) -> Array:

@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import PurePath
-from typing import Any
 
 from symoro_elastic.codegen.package import Argument, Axis, Constant, Function, Package, ParameterValue, Result
 from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
@@ -187,9 +186,8 @@ def _values(machine: Machine, folded: Sequence[str]) -> dict[str, Fraction]:
 
 def _exact(formula: Formula, values: Mapping[str, Fraction]) -> Fraction | None:
     """Return the rational number of a cell; None where it is not one."""
-    names: dict[str, Any] = dict(values)
     try:
-        value = formula.evaluate(names, dict.fromkeys(FUNCTIONS, _irrational), Fraction)
+        value = formula.evaluate(values, dict.fromkeys(FUNCTIONS, _irrational), Fraction)
     except (ArithmeticError, FormulaError, KeyError, ValueError):
         return None
     return Fraction(value) if isinstance(value, int | Fraction) else None

@@ -11,27 +11,22 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.scalar import Scalar
-from symoro_elastic.machine.arguments import arguments
 from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.machine import Body, Kind, Machine
-from symoro_elastic.mechanics.coordinates import combination
-from symoro_elastic.mechanics.kinematics import frame_set, jacobian
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.coordinate_inertia import coordinate_inertia, coordinate_velocity_forces
 from symoro_elastic.models.loops.plan import plan_of
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.models.position import Position
 
 CHANGE = 0.01
 """Of an acceleration: of 1 rad/s2 or 1 m/s2, and what the speeds cause."""
 NONE = 1e-12
+ALONE, MOST_STATES = -1, 4096
 POSITIONS, SEED = 8, 20264
 
 
@@ -57,7 +52,7 @@ def rotors(machine: Machine, position: Mapping[str, float]) -> list[Rotor]:
     rows = [j for j in machine.articulated if _is_rotor(machine, j)]
     if not rows or machine.degrees_of_base:
         return []
-    numbers = _Numbers(machine)
+    numbers = _Numbers(machine, rows)
     numbers.move(_by_variable(machine, position))
     rows = [j for j in rows if not numbers.is_driven_side(j)]
     worst = {j: Rotor(machine.joint(j).name, _has_body(machine, j), math.inf, ()) for j in rows}
@@ -118,63 +113,52 @@ def _is_balanced(body: Body) -> bool:
 class _Numbers:
     """A machine bound to the equations, in numbers at one position after another."""
 
-    def __init__(self, machine: Machine) -> None:
-        self.machine, self.bound = machine, Bound(machine)
+    def __init__(self, machine: Machine, rows: Sequence[int]) -> None:
+        self.machine, self.bound, self.rows = machine, Bound(machine), rows
         self._values = {parameter.name: math.nan for parameter in machine.parameters} | parameter_values(machine)
-        self._seen = frame_set(self.bound.mechanism, 0)
-        self._inertia = coordinate_inertia(self.bound).A
-        forces = coordinate_velocity_forces(self.bound)
-        self._velocity_forces = [forces[k] for k in machine.independent]
-        self._rates = arguments(machine)["qd"]
-        self._bearings: dict[int, list[Any]] = {}
-        self.move({})
 
     def move(self, position: Mapping[str, float]) -> None:
         """Go to a position by variable."""
-        self._known = {**self._values, **position}
+        self.here = Position(self.bound, {**self._values, **position})
         self._A: Array | None = None
+        self._of_pairs: dict[int, Array] = {}
 
     @property
     def A(self) -> Array:
         """The inertia matrix over the independent variables, computed once at a position."""
         if self._A is None:
-            k = self.machine.independent
-            self._A = self.array([[self._inertia[i][j] for j in k] for i in k])
+            self._A = self.here.inertia()
         return self._A
 
-    def velocity_forces(self, rates: Array) -> Array:
-        """Coriolis and centrifugal forces, a column for each row of rates of the independent variables."""
-        known: dict[str, Any] = {**self._known, **dict(zip(self._rates, rates.T, strict=True))}
-        value: Any = evaluate(self._velocity_forces, known, FLOATS)
-        return np.array([value(x) + np.zeros(len(rates)) for x in self._velocity_forces])
+    def velocity_forces(self, v: int, rates: Array) -> Array:
+        """Coriolis and centrifugal forces, a column for each of the pairs of v with these rates.
 
-    def array(self, cells: list[Any]) -> Array:
-        """The numbers of nested lists of expressions."""
-        leaves = np.array(cells, dtype=object)
-        value = evaluate(list(leaves.ravel()), self._known, FLOATS)
-        return np.array([float(value(x)) for x in leaves.ravel()]).reshape(leaves.shape)
+        They are quadratic: H(x e_v + y e_k) = x^2 H(e_v) + y^2 H(e_k) + x y (H(e_v + e_k) - H(e_v) - H(e_k)).
+        """
+        if not self._of_pairs:
+            self._of_pairs = self._unit_pairs()
+        alone, together = self._of_pairs[ALONE], self._of_pairs[v]
+        x, y = rates[v], np.delete(rates, v)
+        own, others = alone[:, [v]], np.delete(alone, v, axis=1)
+        mixed = x * y * (np.delete(together, v, axis=1) - own - others)
+        return _interleaved(x**2 * own, x**2 * own + y**2 * others, mixed)
 
-    def turning(self, i: int) -> Array:
-        """Angular velocity of body i for a unit of each independent rate, in frame 0: 3 x k."""
-        if i not in self._bearings:
-            columns = jacobian(self.bound.mechanism, self._seen, i) if i else {}
-            S = self.bound.coordinates.S
-            rows = [combination((x.angular[n], S[j]) for j, x in columns.items() if j in S) for n in range(3)]
-            self._bearings[i] = [[row.get(k, 0) for k in self.machine.independent] for row in rows]
-        return self.array(self._bearings[i])
-
-    def axis(self, j: int) -> Array:
-        """z_j in frame 0."""
-        return self.array(list(self._seen.frames[j].z))
+    def _unit_pairs(self) -> dict[int, Array]:
+        """H for a unit of each rate, and of each rate beside one that a rotor follows: a column each."""
+        leads = sorted({v for j in self.rows for v in _leads(self.spin(j)[0])})
+        unit = np.eye(len(self.machine.independent))
+        rates = np.concatenate([unit, *(unit + unit[v] for v in leads)])
+        blocks = np.array_split(rates, 1 + len(rates) // MOST_STATES)
+        H = np.concatenate([self.here.velocity_forces(block) for block in blocks], axis=1)
+        return dict(zip((ALONE, *leads), np.split(H, 1 + len(leads), axis=1), strict=True))
 
     def spin(self, j: int) -> tuple[Array, float]:
         """Rates of a rotor for a unit of each independent rate, and its inertia."""
-        joint, row = self.machine.joint(j), self.bound.coordinates.S[j]
-        turns: Scalar = 1 if joint.ratio.is_zero else self.bound.cell(joint.ratio)
+        joint = self.machine.joint(j)
         of_body = _has_body(self.machine, j)
+        turns = 1.0 if of_body or joint.ratio.is_zero else self.here.number(self.bound.cell(joint.ratio))
         inertia = self.bound.cell(joint.body.inertia[5] if of_body else joint.rotor_inertia)
-        *c, Z = self.array([*((1 if of_body else turns) * row.get(k, 0) for k in self.machine.independent), inertia])
-        return np.array(c), float(Z)
+        return turns * self.here.S[j], self.here.number(inertia)
 
     def driven(self, j: int) -> tuple[int, float]:
         """The joint that a rotor drives, and the rate of its coordinate for a unit of that joint's rate.
@@ -183,7 +167,7 @@ class _Numbers:
         """
         leads = j in self.machine.independent and _has_body(self.machine, j)
         follower = _follower(self.machine, j) if leads else None
-        rate = 0.0 if follower is None else float(self.array([self.bound.coordinates.S[follower].get(j, 0)])[0])
+        rate = 0.0 if follower is None else float(self.here.S[follower, self.machine.independent.index(j)])
         return (j, 1.0) if follower is None or rate == 0 else (follower, 1 / abs(rate))
 
     def is_driven_side(self, j: int) -> bool:
@@ -194,25 +178,42 @@ class _Numbers:
 
 def _rotor(machine: Machine, numbers: _Numbers, j: int) -> Rotor:
     joint, (driven, ahead) = machine.joint(j), numbers.driven(j)
-    G, e, (c, Z) = numbers.turning(joint.antecedent), numbers.axis(j), numbers.spin(j)
-    unit = np.diag([ahead if k == j else 1.0 for k in machine.independent])
-    pairs = np.array([*_pairs(c, unit)]).reshape(-1, len(c))
+    here, (c, Z) = numbers.here, numbers.spin(j)
+    G, e = here.turning(joint.antecedent), here.axis(j)
+    rates = np.array([ahead if k == j else 1.0 for k in machine.independent])
+    leads = _leads(c)
+    if not leads:
+        return Rotor(joint.name, _has_body(machine, j), math.inf, ())
+    pairs = np.concatenate([_pairs(v, rates) for v in leads])
     moments = Z * (pairs @ c)[:, None] * np.cross(pairs @ G.T, e)
+    forces = np.concatenate([numbers.velocity_forces(v, rates) for v in leads], axis=1)
     try:
-        g, h = np.abs(np.linalg.solve(numbers.A, np.array([(moments @ G).T, numbers.velocity_forces(pairs)])))
+        g, h = np.abs(np.linalg.solve(numbers.A, np.array([(moments @ G).T, forces])))
     except np.linalg.LinAlgError:
         g = h = np.full(pairs.T.shape, math.nan)
     excess = np.max(np.where(g < NONE, 0.0, g - CHANGE * h), axis=0, initial=0.0)
-    worst = int(np.argmax(np.nan_to_num(excess, nan=math.inf))) if len(pairs) else 0
-    if not len(pairs) or excess[worst] <= 0:
+    worst = int(np.argmax(np.nan_to_num(excess, nan=math.inf)))
+    if excess[worst] <= 0:
         return Rotor(joint.name, _has_body(machine, j), math.inf, ())
     turning = (machine.independent[k] for k in np.flatnonzero(pairs[worst]))
     names = tuple(machine.joint(driven if k == j else k).name for k in turning)
     return Rotor(joint.name, _has_body(machine, j), math.sqrt(CHANGE / excess[worst]), names)
 
 
-def _pairs(c: Array, unit: Array) -> Iterator[Array]:
-    """Unit rates of a joint that the rotor follows and of one more, in both senses."""
-    for v in np.flatnonzero(np.nan_to_num(c, nan=1.0)):
-        yield unit[v]
-        yield from (unit[v] + sign * unit[k] for k in range(len(c)) if k != v for sign in (1, -1))
+def _leads(c: Array) -> list[int]:
+    """Columns of the rates that a rotor follows."""
+    return [int(v) for v in np.flatnonzero(np.nan_to_num(c, nan=1.0))]
+
+
+def _pairs(v: int, rates: Array) -> Array:
+    """Rows with the rate of v alone, then beside that of each other one, in both senses."""
+    each = np.diag(rates)
+    own, others = each[:, [v]], np.delete(each, v, axis=1)
+    pairs: Array = _interleaved(own, np.repeat(own, len(rates) - 1, axis=1), others).T
+    return pairs
+
+
+def _interleaved(first: Array, sums: Array, changes: Array) -> Array:
+    """A first column, then each sum with its change added and subtracted."""
+    both = np.stack([sums + changes, sums - changes], axis=-1)
+    return np.hstack([first, both.reshape(len(first), -1)])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,10 +29,12 @@ RANK_TOLERANCE = 1e-9
 """Columns are zero or dependent where what is left of them is smaller."""
 NEGLIGIBLE_COEFFICIENT = 1e-12
 """Coefficients of columns of length one that are rounding."""
+PSEUDOINVERSE = 1e-15
+"""Singular values below this part of the largest are those of directions that no inverse has."""
 TORQUES_AGREE = 1e-12
 LEAST_STATES = 40
 MOST_COMPARED = 80
-"""Rows of a tree whose count is compared with the rank: the regressor of 300 takes minutes and more than a gigabyte."""
+"""Rows of a machine whose count is compared with the rank: the regressor of 300 takes minutes and a gigabyte."""
 ROWS_PER_COLUMN = 4
 
 
@@ -45,7 +47,13 @@ class Stacked:
 
     def columns(self, labels: Sequence[Label]) -> Array:
         """Return the columns of some parameters."""
-        return self.W[:, [self.labels.index(label) for label in labels]]
+        places = {label: k for k, label in enumerate(self.labels)}
+        return self.W[:, [places[label] for label in labels]]
+
+    @property
+    def shortened(self) -> Stacked:
+        """As many rows as columns, with the same lengths and angles between columns."""
+        return replace(self, W=triangle(self.W))
 
 
 @dataclass(frozen=True)
@@ -65,8 +73,8 @@ class Conditioning:
 class CrossCheck:
     """A grouping against numbers: its count, the rank of the regressor, and the change of torques, relative.
 
-    `rank` and `conditioning` are None for large trees. `doubt` says where they disagree and the consequence, `refused`
-    that no grouping can be used.
+    `rank` and `conditioning` are None for large machines, and `unknown` says what that leaves open. `doubt` says where
+    they disagree and the consequence, `refused` that no grouping can be used.
     """
 
     count: int
@@ -75,6 +83,7 @@ class CrossCheck:
     conditioning: Conditioning | None
     doubt: str = ""
     refused: bool = False
+    unknown: str = ""
 
     @property
     def agrees(self) -> bool:
@@ -91,7 +100,8 @@ class CrossCheck:
         """Result of the check, as one line."""
         count = f"{self.count} base parameter{'s' * (self.count != 1)}"
         checked = "by the rules" if self.rank is None else "as the rank of the regressor"
-        beyond = f" (torques stay within {self.torque_error:.1g}; the rank is compared up to {MOST_COMPARED} joints)"
+        compared = f"the rank is compared up to {MOST_COMPARED} joints{self.unknown}"
+        beyond = f" (torques stay within {self.torque_error:.1g}; {compared})"
         return self.doubt or f"{count}, {checked}" + beyond * (self.rank is None)
 
 
@@ -140,9 +150,9 @@ def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
     """Return the conditioning of a base regressor, whose columns are independent."""
     if not names:
         return Conditioning(1.0, {})
-    R = triangle(unit_columns(W, RANK_TOLERANCE)[0])
-    sizes = np.linalg.svd(R, compute_uv=False)
-    rows = np.linalg.norm(np.linalg.pinv(R), axis=1)
+    _, sizes, V = np.linalg.svd(triangle(unit_columns(W, RANK_TOLERANCE)[0]))
+    inverse = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > PSEUDOINVERSE * sizes[0])
+    rows = np.linalg.norm(inverse[:, None] * V, axis=0)
     apart = np.divide(1.0, rows, out=np.zeros_like(rows), where=rows > 0)
     weakest_first = sorted(zip(names, apart.tolist(), strict=True), key=lambda pair: pair[1])
     return Conditioning(float(sizes[0] / sizes[-1]) if sizes[-1] > 0 else math.inf, dict(weakest_first))
@@ -151,14 +161,16 @@ def conditioning(W: Array, names: Sequence[str]) -> Conditioning:
 def cross_check(machine: Machine, grouping: Grouping, seed: int = 0) -> CrossCheck:
     """Return a grouping's count beside the rank of the stacked regressor, and the change of torques by it.
 
-    Parameters without value are drawn at random. The rank of large trees is not compared.
+    Parameters without value are drawn at random. The rank of large machines is not compared.
     """
     values = drawn_values(machine, seed)
     motion = random_motion(machine, enough_states(machine), seed, values)
-    if len(machine.joints) > MOST_COMPARED and not machine.is_coupled:
+    if len(machine.joints) > MOST_COMPARED:
         error = torque_error(machine, grouping, motion, values, seed)
-        return CrossCheck(grouping.count, None, error, None, _doubt(machine, grouping.count, grouping.count, error))
-    stacked = stacked_regressor(motion)
+        doubt = _doubt(machine, grouping.count, grouping.count, error)
+        unknown = "; couplings and loops may leave fewer" if machine.is_coupled else ""
+        return CrossCheck(grouping.count, None, error, None, doubt, unknown=unknown)
+    stacked = stacked_regressor(motion).shortened
     count = rank(stacked.W, RANK_TOLERANCE, RANK_TOLERANCE)
     kept = grouping.kept
     spread = conditioning(stacked.columns(kept), [grouping.labels[label] for label in kept])

@@ -41,14 +41,19 @@ from symoro_elastic.numerics.independent_joints import with_independent_motors
 from symoro_elastic.numerics.motion.assembled_loops import AssembledLoops, traced_once
 from symoro_elastic.numerics.motion.shared_motors import followers, share_torques, shares
 from symoro_elastic.numerics.motion.signals import inputs, outputs, points_of
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, evaluate_nodes, nodes
 from symoro_elastic.symbolic.duals import Dual, differentiating
-from symoro_elastic.symbolic.expression import Expression
+from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.gradient import gradient
+from symoro_elastic.symbolic.operations import SYMBOL
 from symoro_elastic.symbolic.program import Program
 from symoro_elastic.symbolic.tape import Tape
 
 DUALS = differentiating(FLOATS)
+MOST_PAIRS = 500
+"""Pairs of a joint and one between it and the base: a chain of 31 joints has as many. Formulas grow with the pairs."""
+LARGEST_BLOCK = 1 << 24
+"""Numbers of slopes that are kept at a time."""
 LARGEST_INPUT = 1e9
 """Of a position, a velocity or a torque that is given, SI units."""
 
@@ -254,10 +259,50 @@ class EquationsOfMotion:
 
         `torques` (m,) are those of the motors, zero unless given: they act on K where motors move with others.
         """
+        if self._many_pairs:
+            return [self._slopes(name, q, qd, qdd, torques) for name in names]
         entries = {output.name: output.entries for output in self.linear_model.outputs}
         names, n = list(names), len(q)
         numbers = self._numbers([x for name in names for x in entries[name]], self._symbols(q, qd, qdd, torques))
         return list(numbers.reshape(len(names), n, n))
+
+    @property
+    def _many_pairs(self) -> bool:
+        """Whether the entries of K are so many that formulas for them cost more than slopes of r in numbers."""
+        depths = [0]
+        for joint in self.machine.joints:
+            depths.append(depths[joint.antecedent] + (joint.sigma != 2))
+        return sum(depths) > MOST_PAIRS
+
+    @traced_once
+    def residual_at_rest(self) -> list[Scalar]:
+        """Expressions of r where velocities and accelerations are zero: less than half as long."""
+        still = {x.operands[0] for rates in (self.bound.qd, self.bound.qdd) for x in rates.values()}
+        symbols: dict[str, Operand] = {x.operands[0]: x for x in reachable(self.residual) if x.operation == SYMBOL}
+        value = evaluate(self.residual, symbols | dict.fromkeys(still, 0), nodes(self.bound.graph))
+        return [value(x) for x in self.residual]
+
+    def _slopes(self, name: str, q: Array, qd: Array, qdd: Array, torques: Array | None) -> Array:
+        """Return one of M, D, K (n, n) as the slopes of r, some columns at a time, so that their memory is bounded."""
+        n, k = len(q), "KDM".index(name)
+        at_rest = name == "K" and not (np.any(qd) or np.any(qdd))
+        roots = self.residual_at_rest if at_rest else self.residual
+        needed, slopes = reachable(roots), np.zeros((n, n))
+        width = max(1, LARGEST_BLOCK // max(1, len(needed)))
+        for first in range(0, n, width):
+            columns = slice(first, first + width)
+            moved: list[Any] = [q, qd, qdd]
+            moved[k] = _seeded(moved[k], np.eye(n)[:, columns])
+            symbols = self._symbols(moved[0], moved[1], moved[2], torques)
+            try:
+                value = evaluate_nodes(needed, symbols, DUALS)
+            except (ArithmeticError, ValueError):
+                if not self.machine.loops:
+                    raise
+                return np.full((n, n), np.nan)
+            for row, x in enumerate(map(value, roots)):
+                slopes[row, columns] = x.tangent if x.__class__ is Dual else 0.0
+        return (slopes + slopes.T) / 2 if name == "M" else slopes
 
     def jacobians(self, roots: Sequence[Scalar], state: State) -> tuple[Array, Array, Array]:
         """Return the derivatives of expressions by q, qd and qdd, each (roots, n)."""

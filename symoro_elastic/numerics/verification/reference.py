@@ -63,8 +63,6 @@ class Reference:
         self.machine, self.solved = machine, solved
         self.values = {name: value for name, value in values.items() if name not in folded}
         self.exact = {p.name: p.value for p in machine.parameters if p.name in folded and p.value is not None}
-        self.inertia = trace(machine, "inertia_matrix").program
-        self.bias = trace(machine, "bias_forces").program
         self.coupled = CoupledPrograms(machine) if machine.is_coupled or _has_changing_stiffness(machine) else None
 
     def at(self, state: StateArguments) -> StateReference:
@@ -84,6 +82,16 @@ class Reference:
         other = copy(self)
         other.solved = True
         return other
+
+    @cached_property
+    def inertia(self) -> Program:
+        """A of the machine."""
+        return trace(self.machine, "inertia_matrix").program
+
+    @cached_property
+    def bias(self) -> Program:
+        """H of the machine."""
+        return trace(self.machine, "bias_forces").program
 
     @cached_property
     def newton_euler(self) -> Program:

@@ -58,7 +58,7 @@ ULPS = 64
 ULP_MOVES = 4
 AGREEMENT = 1e-20
 MOST_SOLVED = 40
-MANY_STATEMENTS = 10_000
+MANY_STATEMENTS, MOST_STATEMENTS = 10_000, 15_000
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,9 @@ def compare(
 def _how_many(traced: Sequence[TracedModel]) -> tuple[int, int]:
     """Return the numbers of moderate and extreme states: fewer for large models."""
     statements = sum(len(model.program.once) + len(model.program.statements) for model in traced)
-    return (32, 32) if statements < MANY_STATEMENTS else (8, 16)
+    if statements < MANY_STATEMENTS:
+        return 32, 32
+    return (8, 16) if statements < MOST_STATEMENTS else (2, 4)
 
 
 def _run(code: Code, programs: Traced, values: Mapping[str, float], states: States) -> dict[str, Runs]:

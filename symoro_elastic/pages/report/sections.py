@@ -53,6 +53,8 @@ RECURSIONS = ("inverse_dynamics", "direct_dynamics")
 
 COUNTED = ("inverse_dynamics", "direct_dynamics", "inertia_matrix", "bias_forces", "geometric_model")
 MOST_RESPONSES, MOST_OPENED = 4, 20
+MOST_JOINTS = 60
+"""Rows of a machine that a page has accuracy and equations of: those of 100 take minutes and 90 MB."""
 
 
 @dataclass(frozen=True)
@@ -162,12 +164,19 @@ def _counts(subject: Subject) -> Iterator[str]:
 
 
 def _accuracy(subject: Subject) -> Iterator[str]:
+    _refuse_large(subject.machine, "symoro-elastic check compares the code of larger machines")
     scene = Scene(models=("direct_dynamics", "inverse_dynamics"))
     yield from blocks_of(verify(subject.machine, scene, announce=subject.announce, progress=subject.progress))
 
 
 def _equations(subject: Subject) -> Iterator[str]:
+    _refuse_large(subject.machine, "symoro-elastic equations writes them to a page of their own")
     yield from equation_blocks(subject.machine)
+
+
+def _refuse_large(machine: Machine, instead: str) -> None:
+    if len(machine.joints) > MOST_JOINTS:
+        raise machine.error("joints", f"{len(machine.joints)}, and this section is for up to {MOST_JOINTS}: {instead}")
 
 
 def equation_blocks(machine: Machine) -> Iterator[str]:
