@@ -50,7 +50,7 @@ from symoro_elastic.symbolic.program import Program
 from symoro_elastic.symbolic.tape import Tape
 
 DUALS = differentiating(FLOATS)
-MOST_PAIRS = 500
+MOST_PAIRS = 1500
 """Pairs of a joint and one between it and the base: a chain of 31 joints has as many. Formulas grow with the pairs."""
 LARGEST_BLOCK = 1 << 24
 """Numbers of slopes that are kept at a time."""
