@@ -128,7 +128,7 @@ def _angles(function: CFunction) -> list[str]:
     return [
         statement(f"{INDENT}const {type_} angle[{count}] = ", f"{{{', '.join(function.angle_texts())}}};"),
         *(_declaration(type_, name, str(count)) for name in SINCOS),
-        *(INDENT + line.format(count=count) for line in function.form.sincos),
+        *(statement("", INDENT + line) for line in function.form.sincos(count)),
         "",
     ]
 

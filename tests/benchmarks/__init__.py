@@ -1,6 +1,7 @@
 """Benchmarks: speed, operations, growth. Not tests: pytest does not collect them, and each is one command.
 
     python -m tests.benchmarks.speed     time a call against Pinocchio C++, CasADi-generated C and MuJoCo
+    python -m tests.benchmarks.compilers    calls by every compiler that is installed, at -O2 and -O3
     python -m tests.benchmarks.derivatives    the same for the derivatives of the models, with operations
     python -m tests.benchmarks.closed_chains    closed chains against Pinocchio C++: time, error, operations
     python -m tests.benchmarks.numpy_calls    the numpy code against the same lines on plain arrays

@@ -57,6 +57,16 @@ def two_axis() -> Machine:
     return example("two_axis.toml")
 
 
+def elastic_arm() -> Machine:
+    """Four revolute joints, the second and the fourth elastic."""
+    machine = example("flex4.par")
+    values = {"L2": 0.4, "G3": -9.81, "k2": 4e4, "k4": 9e3, "IA1": 0.3, "IA3": 0.1}
+    for j, mass in enumerate((8, 6, 3, 1), start=1):
+        values |= body_values(j, mass, 0.3)
+    valued = [replace(p, value=Formula.parse(values[p.name])) for p in machine.parameters]
+    return replace(machine, parameters=tuple(valued))
+
+
 def rigid(machine: Machine) -> Machine:
     """The same bodies and joints, a motor at every joint and no spring."""
     joints = [

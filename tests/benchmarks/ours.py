@@ -18,7 +18,7 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.symbolic.program import OperationCount
 from tests.benchmarks.contest import Array, Contestant, compiled, entry, timed, timed_batch
 
-FAST = ("-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math")
+FAST = ("-O3", "-fPIC", "-shared", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
 NATIVE = ("-march=native",)
 AVX512 = NATIVE
 PAIRS = (*AVX512, "-DVECTOR_BYTES=128")

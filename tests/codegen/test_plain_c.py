@@ -102,8 +102,15 @@ def test_lines_are_short(name: str, precision: Precision) -> None:
 @pytest.mark.parametrize("precision", PRECISION)
 @pytest.mark.parametrize("name", MACHINES)
 def test_it_is_c99_without_extensions_or_macros(name: str, precision: Precision) -> None:
-    """No attributes, no macros with arguments, no file of its own included twice; sums of two doubles need a pragma."""
-    text = code(scalar(name, precision))
+    """No macros with arguments, no file of its own included twice; sums of two doubles need a pragma.
+
+    The one attribute is for GCC and Clang: what large angles need stays out of the functions that call it.
+    """
+    text = re.sub(
+        r"#ifdef __GNUC__\n#define (\w+_APART) __attribute__\(\(noinline\)\)\n#else\n#define \1\n#endif",
+        "",
+        code(scalar(name, precision)),
+    )
     assert "__attribute__" not in text and "__builtin" not in text and "restrict" not in text
     assert not re.search(r"#define \w+\(", text) and not re.search(r'#include "\w+\.c"', text)
     assert precision.is_pair or "#pragma" not in text

@@ -13,11 +13,12 @@ import pytest
 from numpy.typing import NDArray
 
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE
+from symoro_elastic.codegen.targets.c import MOST_SIDE_BY_SIDE, lines_of_sines
 from symoro_elastic.codegen.templates import render
 
 pytestmark = pytest.mark.sampled(5)
 
-LARGEST = {"double": 1048576.0, "float": 1024.0}
+LARGEST = {"double": 65536.0, "float": 1024.0}
 DTYPE = {"double": np.float64, "float": np.float32}
 PRECISION = {"double": DOUBLE, "float": SINGLE}
 SIDE_BY_SIDE = 16
@@ -34,6 +35,13 @@ void circles(size_t count, const %(kind)s *angle, %(kind)s *sine, %(kind)s *cosi
     test_sincos_large(count, angle, sine, cosine);
 }
 """
+IN_LINES = """
+void circles(size_t count, const %(kind)s *angle, %(kind)s *sine, %(kind)s *cosine)
+{
+    (void)count;
+    %(lines)s
+}
+"""
 VECTORS = """
 void circles(size_t count, const %(kind)s *angle, %(kind)s *sine, %(kind)s *cosine)
 {
@@ -43,12 +51,13 @@ void circles(size_t count, const %(kind)s *angle, %(kind)s *sine, %(kind)s *cosi
 
 
 @cache
-def library(kind: str, folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL:
-    """The sines and cosines of the templates, for one angle after another or in vectors."""
-    templates, call = (("libm", "sincos"), SCALAR) if "-DLANES" not in flags else (("vectors",), VECTORS)
+def library(kind: str, folder: Path, flags: tuple[str, ...], lines: str = "") -> ctypes.CDLL:
+    """The sines and cosines of the templates, for one angle after another, in these lines or in vectors."""
+    templates, call = (("sincos_declared", "sincos"), SCALAR) if "-DLANES" not in flags else (("vectors",), VECTORS)
+    call = IN_LINES if lines else call
     head = "".join(f"#include <{name}.h>\n" for name in ("float", "math", "stddef", "stdint", "string"))
     text = "".join(render(f"c/{name}.c.j2", precision=PRECISION[kind], **NAMES) for name in templates)
-    (folder / "circles.c").write_text(head + text + call % {"kind": kind}, encoding="utf-8")
+    (folder / "circles.c").write_text(head + text + call % {"kind": kind, "lines": lines}, encoding="utf-8")
     subprocess.run(
         ["gcc", "-std=c99", "-Wno-psabi", "-shared", "-fPIC", *flags, "circles.c", "-o", "c.so", "-lm"],
         cwd=folder,
@@ -58,12 +67,12 @@ def library(kind: str, folder: Path, flags: tuple[str, ...]) -> ctypes.CDLL:
 
 
 def circles(
-    kind: str, folder: Path, x: NDArray[np.floating], flags: tuple[str, ...]
+    kind: str, folder: Path, x: NDArray[np.floating], flags: tuple[str, ...], lines: str = ""
 ) -> tuple[NDArray[np.floating], ...]:
     count = -(-len(x) // SIDE_BY_SIDE) * SIDE_BY_SIDE
     given, sine, cosine = (aligned(count, DTYPE[kind]) for _ in range(3))
     given[:] = np.resize(x, count)
-    made = library(kind, folder, flags)
+    made = library(kind, folder, flags, lines)
     made.circles.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * 3]
     made.circles(count, *(array.ctypes.data for array in (given, sine, cosine)))
     return sine[: len(x)], cosine[: len(x)]
@@ -120,3 +129,19 @@ def test_neighbours_do_not_change_an_angle(kind: str, tmp_path: Path) -> None:
     spoilt[3::5] = np.nan, np.inf, 1e30
     for alone, beside in zip(*(circles(kind, tmp_path, y, ("-O3", "-DLANES")) for y in (x, spoilt)), strict=True):
         np.testing.assert_array_equal(alone[np.isin(spoilt, x)], beside[np.isin(spoilt, x)])
+
+
+@pytest.mark.parametrize("count", [1, MOST_SIDE_BY_SIDE, MOST_SIDE_BY_SIDE + 1])
+@pytest.mark.parametrize("kind", ["double", "float"])
+def test_lines_of_few_and_of_many_angles(kind: str, count: int, tmp_path: Path) -> None:
+    """The last angle may be far, or the sum of all too large though none is."""
+    lines = "\n    ".join(lines_of_sines("test", PRECISION[kind], count))
+    assert ("for (" in lines) == (count > MOST_SIDE_BY_SIDE)
+    near = np.full(count, 0.9 * LARGEST[kind], DTYPE[kind])
+    for last in (0.3, 1e3 * LARGEST[kind], np.inf, np.nan):
+        near[-1] = last
+        found = circles(kind, tmp_path, near, ("-O2",), lines)
+        with np.errstate(invalid="ignore"):
+            for function, values in zip((np.sin, np.cos), found, strict=True):
+                wanted = function(near.astype(float))
+                np.testing.assert_allclose(values, wanted, rtol=0, atol=2.0 ** (-52 if kind == "double" else -23))

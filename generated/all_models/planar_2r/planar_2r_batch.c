@@ -71,7 +71,7 @@ INLINE angles load_lanes(const double *x)
     defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
 #define LARGEST_ANGLE -1.0 /* sums have to be rounded as they are written */
 #else
-#define LARGEST_ANGLE 1048576.0
+#define LARGEST_ANGLE 65536.0
 #endif
 typedef VECTOR(uint64_t) bits;
 typedef union {
@@ -101,17 +101,21 @@ INLINE void sincos_near(const angles *restrict angle, angles *restrict sine, ang
     const angles rounded = (x*0x1.45f306dc9c883p-1) + rounder;
     const angles turns = rounded - rounder;
     const angles t = x - (turns*0x1.921fb544p+0);
-    const angles v = t - (turns*0x1.0b4611a6p-34);
-    const angles r = v + (((t - v) - (turns*0x1.0b4611a6p-34)) - (turns*0x1.3198a2e037073p-69));
+    const angles r = t - (turns*0x1.0b4611a6p-34);
+    const angles rest = ((t - r) - (turns*0x1.0b4611a6p-34)) - (turns*0x1.3198a2e037073p-69);
     const angles z = r*r;
+    const angles zz = z*z;
+    const angles half = 0.5*z;
+    const angles s_3 = (-0x1.5555555555555p-3 + (z*0x1.1111111110bb2p-7)) + (zz*((-0x1.a01a019e83900p-13
+        + (z*0x1.71de37965e0e8p-19)) + (zz*(-0x1.ae600acd78df1p-26 + (z*0x1.5e0b04aa9e9dbp-33)))));
+    const angles c_4 = (0x1.5555555555555p-5 + (z*-0x1.6c16c16c16967p-10)) + (zz*((0x1.a01a019f4e9f7p-16
+        + (z*-0x1.27e4fa17c076bp-22)) + (zz*(0x1.1eeb68cb4c486p-29 + (z*-0x1.907d8bf27a69cp-37)))));
     number_bits quarter;
     number_bits s;
     number_bits c;
     quarter.number = rounded;
-    s.number = r + (r*z*(-0x1.5555555555555p-3 + (z*(0x1.1111111110bb2p-7 + (z*(-0x1.a01a019e83900p-13
-        + (z*(0x1.71de37965e0e8p-19 + (z*(-0x1.ae600acd78df1p-26 + (z*0x1.5e0b04aa9e9dbp-33)))))))))));
-    c.number = 1.0 - ((0.5*z) - (z*z*(0x1.5555555555555p-5 + (z*(-0x1.6c16c16c16967p-10 + (z*(0x1.a01a019f4e9f7p-16
-        + (z*(-0x1.27e4fa17c076bp-22 + (z*(0x1.1eeb68cb4c486p-29 + (z*-0x1.907d8bf27a69cp-37))))))))))));
+    s.number = r + ((rest - (half*rest)) + ((r*z)*s_3));
+    c.number = 1.0 - ((half - (zz*c_4)) + (r*rest));
     const bits exchange = (0U - (quarter.bits & 1U)) & (s.bits ^ c.bits);
     s.bits ^= exchange ^ ((quarter.bits & 2U) << 62);
     c.bits ^= exchange ^ (((quarter.bits + 1U) & 2U) << 62);

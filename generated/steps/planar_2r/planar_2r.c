@@ -4,8 +4,8 @@
  * Options: double precision.
  * The licence of the generator does not cover this file: use it under any licence you like.
  *
- * Fastest with -O3 -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math. Not with -ffast-math, which
- * costs accuracy.
+ * Fastest with -march=native -ffp-contract=fast -fno-math-errno -fno-trapping-math; whether at -O2 or -O3, by GCC or by
+ * Clang, then makes little difference. Not with -ffast-math, which costs accuracy.
  */
 #include <float.h>
 #include <math.h>
@@ -33,12 +33,21 @@ const double planar_2r_defaults[PLANAR_2R_PARAMETERS] = {
 #endif
 #endif
 
-/* Sine and cosine of an angle (rad), without a branch and within 1.5 units in the last place up to 1048576 rad; defined
+/* Sine and cosine of an angle (rad), without a branch and within 1.5 units in the last place up to 65536 rad; defined
  * at the end of this file. With -DPLANAR_2R_LIBM those of math.h.
  */
 static inline void planar_2r_sincos(double angle, double *sine, double *cosine);
 
-/* Those of math.h for angles that are larger, infinite or NaN. */
+/* Those of math.h for angles that are larger, infinite or NaN; where the sum of all is no larger, none is. It is kept
+ * apart from its callers: inside, it would keep their numbers out of registers.
+ */
+#define PLANAR_2R_NEAR 65536.0
+#ifdef __GNUC__
+#define PLANAR_2R_APART __attribute__((noinline))
+#else
+#define PLANAR_2R_APART
+#endif
+PLANAR_2R_APART
 static void planar_2r_sincos_large(
     size_t count, const double angle[], double sine[], double cosine[]);
 
@@ -88,10 +97,11 @@ void planar_2r_direct_dynamics_prepared(
     const double angle[2] = {q[0], q[1]};
     double sine[2];
     double cosine[2];
-    for (size_t k = 0U; k < 2U; k++) {
-        planar_2r_sincos(angle[k], &sine[k], &cosine[k]);
+    planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
+    planar_2r_sincos(angle[1], &sine[1], &cosine[1]);
+    if (!((fabs(angle[0]) + fabs(angle[1])) <= PLANAR_2R_NEAR)) {
+        planar_2r_sincos_large(2U, angle, sine, cosine);
     }
-    planar_2r_sincos_large(2U, angle, sine, cosine);
 
     const double qd1 = qd[0];
     const double qd2 = qd[1];
@@ -190,10 +200,11 @@ void planar_2r_inverse_dynamics_prepared(
     const double angle[2] = {q[0], q[1]};
     double sine[2];
     double cosine[2];
-    for (size_t k = 0U; k < 2U; k++) {
-        planar_2r_sincos(angle[k], &sine[k], &cosine[k]);
+    planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
+    planar_2r_sincos(angle[1], &sine[1], &cosine[1]);
+    if (!((fabs(angle[0]) + fabs(angle[1])) <= PLANAR_2R_NEAR)) {
+        planar_2r_sincos_large(2U, angle, sine, cosine);
     }
-    planar_2r_sincos_large(2U, angle, sine, cosine);
 
     const double qd1 = qd[0];
     const double qd2 = qd[1];
@@ -311,10 +322,10 @@ void planar_2r_implicit_factors_servo_prepared(
     const double angle[1] = {q[1]};
     double sine[1];
     double cosine[1];
-    for (size_t k = 0U; k < 1U; k++) {
-        planar_2r_sincos(angle[k], &sine[k], &cosine[k]);
+    planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
+    if (!((fabs(angle[0])) <= PLANAR_2R_NEAR)) {
+        planar_2r_sincos_large(1U, angle, sine, cosine);
     }
-    planar_2r_sincos_large(1U, angle, sine, cosine);
 
     const double gh0 = g[0];
     const double kpm1 = kp[0];
@@ -922,17 +933,21 @@ static inline void planar_2r_sincos(double angle, double *sine, double *cosine)
     const double rounded = (x*0x1.45f306dc9c883p-1) + rounder;
     const double turns = rounded - rounder;
     const double t = x - (turns*0x1.921fb544p+0);
-    const double v = t - (turns*0x1.0b4611a6p-34);
-    const double r = v + (((t - v) - (turns*0x1.0b4611a6p-34)) - (turns*0x1.3198a2e037073p-69));
+    const double r = t - (turns*0x1.0b4611a6p-34);
+    const double rest = ((t - r) - (turns*0x1.0b4611a6p-34)) - (turns*0x1.3198a2e037073p-69);
     const double z = r*r;
+    const double zz = z*z;
+    const double half = 0.5*z;
+    const double s_3 = (-0x1.5555555555555p-3 + (z*0x1.1111111110bb2p-7)) + (zz*((-0x1.a01a019e83900p-13
+        + (z*0x1.71de37965e0e8p-19)) + (zz*(-0x1.ae600acd78df1p-26 + (z*0x1.5e0b04aa9e9dbp-33)))));
+    const double c_4 = (0x1.5555555555555p-5 + (z*-0x1.6c16c16c16967p-10)) + (zz*((0x1.a01a019f4e9f7p-16
+        + (z*-0x1.27e4fa17c076bp-22)) + (zz*(0x1.1eeb68cb4c486p-29 + (z*-0x1.907d8bf27a69cp-37)))));
     planar_2r_bits quarter;
     planar_2r_bits s;
     planar_2r_bits c;
     quarter.number = rounded;
-    s.number = r + (r*z*(-0x1.5555555555555p-3 + (z*(0x1.1111111110bb2p-7 + (z*(-0x1.a01a019e83900p-13
-        + (z*(0x1.71de37965e0e8p-19 + (z*(-0x1.ae600acd78df1p-26 + (z*0x1.5e0b04aa9e9dbp-33)))))))))));
-    c.number = 1.0 - ((0.5*z) - (z*z*(0x1.5555555555555p-5 + (z*(-0x1.6c16c16c16967p-10 + (z*(0x1.a01a019f4e9f7p-16
-        + (z*(-0x1.27e4fa17c076bp-22 + (z*(0x1.1eeb68cb4c486p-29 + (z*-0x1.907d8bf27a69cp-37))))))))))));
+    s.number = r + ((rest - (half*rest)) + ((r*z)*s_3));
+    c.number = 1.0 - ((half - (zz*c_4)) + (r*rest));
     const uint64_t exchange = (0U - (quarter.bits & 1U)) & (s.bits ^ c.bits);
     s.bits ^= exchange ^ ((quarter.bits & 2U) << 62);
     c.bits ^= exchange ^ (((quarter.bits + 1U) & 2U) << 62);
@@ -943,18 +958,11 @@ static inline void planar_2r_sincos(double angle, double *sine, double *cosine)
 static void planar_2r_sincos_large(
     size_t count, const double angle[], double sine[], double cosine[])
 {
-    size_t large = 0U;
-    for (size_t i = 0U; i < count; i++) {
-        large += (fabs(angle[i]) <= 1048576.0) ? 0U : 1U;
-    }
-    size_t k = 0U;
-    while (large > 0U) {
-        if (!(fabs(angle[k]) <= 1048576.0)) {
+    for (size_t k = 0U; k < count; k++) {
+        if (!(fabs(angle[k]) <= PLANAR_2R_NEAR)) {
             sine[k] = sin(angle[k]);
             cosine[k] = cos(angle[k]);
-            large--;
         }
-        k++;
     }
 }
 #endif

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, in_comment, wrap_lines
@@ -59,8 +60,12 @@ LIBRARY = words(
     """
 )
 """Functions and macros of the standard library, and keywords and macros of compilers."""
-OWN = words("p c place spill sine cosine angle sign torque q_s v_s w_q w_v force_rate pushed qdd_pushed")
+OWN = words("p c place spill sine cosine angle size sign torque q_s v_s w_q w_v force_rate pushed qdd_pushed")
 """Identifiers of the templates that a user's name could hide."""
+
+
+MOST_SIDE_BY_SIDE = 40
+"""Angles up to which each has a line of its own, not a turn of a loop."""
 
 
 @dataclass(frozen=True)
@@ -102,20 +107,42 @@ def scalar_form(package: Package, precision: Precision) -> Form:
     if precision.is_pair:
         pair = f"{package.name}_{DOUBLE_DOUBLE_TYPE}_"
         of = f"{pair}make({load}, 0.0)"
-        sincos = _sincos(f"{pair}sincos")
-        return Form(real, real, real, of, of, f"{load} = {{value}}.high;", "{}", functions, of, sincos, pair)
+        one_by_one = partial(_in_a_loop, f"{pair}sincos")
+        return Form(real, real, real, of, of, f"{load} = {{value}}.high;", "{}", functions, of, one_by_one, pair)
     narrow = f"({real}){{}}" if precision.is_mixed else "{}"
     narrowed = narrow.format(load)
-    large = f"{name}_sincos_large({{count}}U, angle, sine, cosine);"
-    sincos = (*_sincos(f"{name}_sincos"), large)
+    sincos = partial(lines_of_sines, name, precision)
     return Form(
         real, precision.angle, real, narrowed, load, f"{load} = {{value}};", narrow, functions, narrowed, sincos
     )
 
 
-def _sincos(function: str) -> tuple[str, ...]:
+def lines_of_sines(name: str, precision: Precision, count: int) -> Iterator[str]:
+    """Lines that find sines and cosines, those of large angles apart.
+
+    A loop over few angles would leave it to compilers whether to load numbers as vectors that were stored one by one,
+    which costs more than all the rest.
+    """
+    f = "f" if precision.angle == "float" else ""
+    function, absolute = f"{name}_sincos", f"fabs{f}"
+    if count <= MOST_SIDE_BY_SIDE:
+        yield from (f"{function}(angle[{k}], &sine[{k}], &cosine[{k}]);" for k in range(count))
+        size = " + ".join(f"{absolute}(angle[{k}])" for k in range(count))
+    else:
+        size = "size"
+        yield f"{precision.angle} {size} = 0.0{f};"
+        yield from _in_a_loop(function, count, f"{size} += {absolute}(angle[k]);")
+    yield f"if (!(({size}) <= {name.upper()}_NEAR)) {{"
+    yield f"{INDENT}{function}_large({count}U, angle, sine, cosine);"
+    yield "}"
+
+
+def _in_a_loop(function: str, count: int, *others: str) -> Iterator[str]:
     """Lines that find sines and cosines one by one."""
-    return "for (size_t k = 0U; k < {count}U; k++) {{", f"{INDENT}{function}(angle[k], &sine[k], &cosine[k]);", "}}"
+    yield f"for (size_t k = 0U; k < {count}U; k++) {{"
+    yield f"{INDENT}{function}(angle[k], &sine[k], &cosine[k]);"
+    yield from (f"{INDENT}{other}" for other in others)
+    yield "}"
 
 
 def render_c(package: Package, precision: Precision = DOUBLE) -> Files:

@@ -90,7 +90,7 @@ FORM = Form(
     narrow="{}",
     functions={name: name for name in (SIN, COS, SQRT, SIGN, ATAN2)},
     load_parameter=f"{SCALAR}({{array}}[{{k}}])",
-    sincos=("detail::sines_and_cosines({count}U, angle, sine, cosine);",),
+    sincos=lambda count: (f"detail::sines_and_cosines({count}U, angle, sine, cosine);",),
     operand=f"{SCALAR}({{}})",
     outlined=1,
 )

@@ -114,7 +114,7 @@ def strided_form(package: Package, precision: Precision) -> Form:
         load=strided(form.load),
         load_angle=strided(form.load_angle),
         store=strided(form.store),
-        sincos=(f"{name}_sincos(angle, sine, cosine);",),
+        sincos=lambda _: (f"{name}_sincos(angle, sine, cosine);",),
         states="states",
     )
 
