@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from symoro_elastic.codegen.targets import DEFAULT_TARGETS
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.output_files import permission
 from symoro_elastic.generation.pipeline import generate
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.scene import AUTO, Scene
 
 ROOT = Path(__file__).resolve().parents[1]
 GENERATED = ROOT / "generated"
@@ -51,6 +52,7 @@ def make(golden: Golden, out: Path) -> list[Path]:
     """Write what an example generates to `out` in place of generated/; the files, relative to it."""
     machine, _ = read_machine(ROOT / "examples" / golden.example)
     scene = Scene(golden.models, steps=golden.steps) if golden.models else machine.asked.scene or Scene()
+    scene = replace(scene, form=AUTO)
     with permission(force=True):
         written = generate(machine, scene, golden.targets, out / golden.folder).written
     return sorted(path.relative_to(out) for path in written)

@@ -1,4 +1,4 @@
-"""sr400: generated models; needs numpy only.
+"""sr400: generated models (direct_dynamics through the inertia matrix); needs numpy only.
 
 SI units, radians. q, qd, qdd follow JOINTS, the joints whose variables are independent; q_dep follows
 DEPENDENT, tau and qdd_motor follow MOTOR_NAMES. States may be stacked along leading axes, which
@@ -62,9 +62,9 @@ def trace(model, functions, *arguments, p=tuple(DEFAULTS.tolist())):
 
 
 def direct_dynamics(q, qd, tau, p=DEFAULTS):
-    """Direct dynamic model [12]-[36].
+    """Direct dynamic model through the inertia matrix [8].
 
-    503x 411+, 8 sin/cos a call; 2x 0+, 0 sin/cos once for each parameter set.
+    371x 315+, 8 sin/cos a call; 7x 0+, 0 sin/cos once for each parameter set.
     q (6): joint variables, rad or m
     qd (6): joint velocities, rad/s or m/s
     tau (6): motor torques or forces, N m or N

@@ -100,8 +100,8 @@ class RequestedModels(Requested):
         "and inverse_dynamics).", kinds.TEXTS, names=model_names,
     )  # fmt: skip
     form: str = option(
-        "recursion", "NAME", "Form of direct_dynamics: {names} (inertia: through the inertia matrix; auto: "
-        "whichever is faster and as accurate).", names=form_names,
+        "auto", "NAME", "Form of direct_dynamics: {names} (inertia: through the inertia matrix; auto: the one with "
+        "fewer operations, as accurate; where something is proven or left out, the recursion).", names=form_names,
     )  # fmt: skip
 
 

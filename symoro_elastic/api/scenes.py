@@ -23,7 +23,7 @@ from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import restrict
-from symoro_elastic.machine.scene import ALL, FORMS, RECURSION, Scene
+from symoro_elastic.machine.scene import ALL, FORMS, Scene
 from symoro_elastic.machine.series_springs import condense
 from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Within, tolerance
 from symoro_elastic.models.catalogue import DEFAULT_MODELS, MODELS, refuse_without_value
@@ -94,9 +94,9 @@ def scene_for(
 
 
 def in_form(scene: Scene, form: str) -> Scene:
-    """Return the scene with direct_dynamics in a form, where that is not the usual one; raises `InputError`."""
+    """Return the scene with direct_dynamics in a form; raises `InputError`."""
     among((form,), FORMS, "--form")
-    return scene if form == RECURSION else replace(scene, form=form)
+    return replace(scene, form=form)
 
 
 def in_tolerance(scene: Scene, options: Generating | Trading) -> Scene:

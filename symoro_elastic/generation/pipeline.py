@@ -33,7 +33,7 @@ from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import free_name, quote, why_no_machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict
-from symoro_elastic.machine.scene import ALL, AUTO, Scene
+from symoro_elastic.machine.scene import ALL, AUTO, RECURSION, Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
 from symoro_elastic.models.catalogue import expressions_of_scene as trace
 from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degeneracies
@@ -176,6 +176,7 @@ def generate(
     if scene.within and FMU in targets:
         what = "an FMU has models of its own, which are whole: leave out the target, or within"
         raise machine.error("scene, within", what)
+    scene = by_recursion(scene) if certify or scene.within else scene
     scene, form = in_form(machine if texts or scaled else _of_unit(machine), scene, announce)
     made = [_code(machine, scene, texts, announce, precisions, tools, certify, progress)] if texts else []
     made += [_scaled(machine, scene, name, announce, tools, progress) for name in scaled]
@@ -294,14 +295,19 @@ def report(
 def in_form(machine: Machine, scene: Scene, announce: Announce = announce_nothing) -> tuple[Scene, Choice | None]:
     """The scene with the form of the direct dynamic model, and the choice where it is the program's.
 
-    Raises `InputError` where no model of the scene has forms.
+    Raises `InputError` where the inertia matrix is asked for and no model of the scene has forms.
     """
-    from symoro_elastic.numerics.verification.forms import with_form
+    from symoro_elastic.numerics.verification.forms import has_forms, with_form
 
-    if scene.form == AUTO:
+    if scene.form == AUTO and has_forms(scene):
         refuse_degenerate(machine, scene)
         announce("compare forms")
     return with_form(machine, scene)
+
+
+def by_recursion(scene: Scene) -> Scene:
+    """The scene without a choice of forms: errors of the recursion are bounded nearer, and its terms are forces."""
+    return replace(scene, form=RECURSION) if scene.form == AUTO else scene
 
 
 def _of_unit(machine: Machine) -> Machine:
@@ -354,7 +360,7 @@ def certificates(
     announce: Announce = announce_nothing,
 ) -> Certificates:
     """What the models that a scene asks of a machine guarantee within its limits; raises `InputError`."""
-    asked = programs(machine, replace(scene, steps=()), announce)
+    asked = programs(machine, by_recursion(replace(scene, steps=())), announce)
     return certified(machine, asked, precisions, effort, announce)
 
 

@@ -121,4 +121,6 @@ def test_auto_generates_what_is_chosen() -> None:
 
 def test_it_is_refused_where_no_model_has_forms() -> None:
     with pytest.raises(InputError, match="--form: is of direct_dynamics, which is not requested"):
-        with_form(planar_2r(), Scene(("jacobian",), form=AUTO))
+        with_form(planar_2r(), Scene(("jacobian",), form=INERTIA))
+    asked, choice_ = with_form(planar_2r(), Scene(("jacobian",), form=AUTO))
+    assert asked.form == RECURSION and choice_ is None

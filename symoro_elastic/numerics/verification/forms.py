@@ -89,15 +89,22 @@ WORDS = {RECURSION: "recursion", INERTIA: "inertia matrix"}
 def with_form(machine: Machine, scene: Scene) -> tuple[Scene, Choice | None]:
     """Return the scene with the form that is chosen where it asks for `AUTO`, and the choice.
 
-    Raises `InputError` for another form than the recursion where no model of the scene has one.
+    Where no model of the scene has forms, nothing is chosen. Raises `InputError` where the inertia matrix is asked for.
     """
-    if scene.form != RECURSION and not BY_INERTIA.keys() & {*models_of(scene)}:
-        what = f"is of {MODEL}, which is not requested: add it to the models, or leave out --form"
-        raise InputError(scene.source or machine.label, "--form", what)
+    if not has_forms(scene):
+        if scene.form == INERTIA:
+            what = f"is of {MODEL}, which is not requested: add it to the models, or leave out --form"
+            raise InputError(scene.source or machine.label, "--form", what)
+        return replace(scene, form=RECURSION), None
     if scene.form != AUTO:
         return scene, None
     choice = chosen_form(machine, scene)
     return replace(scene, form=choice.chosen), choice
+
+
+def has_forms(scene: Scene) -> bool:
+    """Return whether a model of the scene has more than one form."""
+    return bool(BY_INERTIA.keys() & {*models_of(scene)})
 
 
 def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Choice:
