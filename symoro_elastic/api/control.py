@@ -15,6 +15,7 @@ from symoro_elastic.foundation.errors import InputError
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control
     from symoro_elastic.analysis.control.lobes import Lobes
+    from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
 
 USUAL_SPEEDS = (1000.0, 20_000.0, 200)
@@ -38,7 +39,7 @@ def control(machine: MachineLike, options: Controlling) -> Control:
 
     kept = kept_machine(machine, options.scene)
     motion = motion_of(kept, dict(options.values), (), options.compliances)
-    places = _places(options.along, options.at, motion.source)
+    places = _places(options.along, options.at, motion)
     states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
     distances = Distances(options.modulus, options.position_modulus)
     return control_at(motion, states, distances, options.damping, options.tune, options.compliances, options.progress)
@@ -59,15 +60,22 @@ def lobes(machine: MachineLike, options: Cutting) -> Lobes:
     kept = kept_machine(machine, options.scene)
     cut = Cut(options.cutting, options.teeth, options.direction, options.thickness or options.direction)
     motion = motion_of(kept, dict(options.values), (), (cut.direction, cut.thickness))
-    places = _places(options.along, options.at, motion.source)
+    places = _places(options.along, options.at, motion)
     states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
     speeds = np.linspace(*(options.speeds or USUAL_SPEEDS))
     return lobes_at(motion, states, cut, speeds, options.damping, progress=options.progress)
 
 
-def _places(along: Mapping[str, Sequence[float]], at: Mapping[str, float], source: str) -> list[dict[str, float]]:
+def _places(
+    along: Mapping[str, Sequence[float]], at: Mapping[str, float], motion: EquationsOfMotion
+) -> list[dict[str, float]]:
     """Return all positions of a grid; the given one where there is none."""
+    from symoro_elastic.analysis.vibration.tracking import refuse_grid, refuse_unheld
+
+    if along:
+        refuse_grid([len(positions) for positions in along.values()], motion.source)
+        refuse_unheld(motion, [*along], {})
     for name in along:
         if name in at:
-            raise InputError(source, "--along", f"{name} is at {at[name]:g} by --at: remove one of the two")
+            raise InputError(motion.source, "--along", f"{name} is at {at[name]:g} by --at: remove one of the two")
     return [dict(zip(along, place, strict=True)) for place in product(*along.values())] if along else [dict(at)]

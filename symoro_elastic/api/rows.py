@@ -186,7 +186,7 @@ def along_row() -> Any:
 
 def damping_row() -> Any:
     """Return the row of a damping ratio of all modes."""
-    return option(0.0, "RATIO", "Damping ratio added to every mode: 0.01 is 1 %.", kinds.NUMBER, least=0)
+    return option(0.0, "RATIO", "Damping ratio added to every mode: 0.01 is 1 %.", kinds.NUMBER)
 
 
 def merge_angles_row() -> Any:

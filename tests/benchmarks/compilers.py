@@ -18,7 +18,7 @@ from symoro_elastic.machine.machine import Machine
 from tests.benchmarks.contest import Array, Contestant, contest, difference
 from tests.benchmarks.machines import arm_6, elastic_arm, humanoid, rigid, two_axis, with_base_parameters
 from tests.benchmarks.match import states
-from tests.benchmarks.ours import NATIVE, code, scalar
+from tests.benchmarks.ours import NATIVE, Code, code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json
 
 MODELS = ("inverse_dynamics", "direct_dynamics")
@@ -81,7 +81,7 @@ def timed(machine: str, model: str, arguments: argparse.Namespace) -> Iterator[R
         yield Row(machine, model, kind, {name: times.median(name) for name in times.names})
 
 
-def compiled_by(compiler: str, level: str, flags: Sequence[str], written, x: Array) -> Contestant:
+def compiled_by(compiler: str, level: str, flags: Sequence[str], written: Code, x: Array) -> Contestant:
     return scalar(written, x, f"{compiler} {level}", compiler, (*flags, level))
 
 
@@ -101,8 +101,9 @@ def show(kind: str, rows: Sequence[Row]) -> None:
 def sr400() -> tuple[Machine, Array]:
     """The SR400 with its loop closed."""
     from tests.benchmarks import closed_chains
+    from tests.closed_chains.machines import machine
 
-    described = closed_chains.machine(closed_chains.SR400)
+    described = machine(closed_chains.SR400)
     return described, closed_chains.near(described).x
 
 

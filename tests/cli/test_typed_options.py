@@ -24,6 +24,7 @@ NEEDED = {
     "ladder": ("--scene", str(SCENE)),
     "sweep": ("--over", "m2=1,2"),
     "identify": ("data.csv",),
+    "lobes": ("--direction", "tip.x", "--cutting", "1e9"),
 }
 """What a command does not do without."""
 PROGRAMS = {"--compiler", "--compiler-flags", "--scheduler"}

@@ -43,7 +43,11 @@ WRITING = {
     "feed-forward": (TWO_R, "--duration", "0.1", "--sample-rate", "50", "--out", "out.csv"),
 }
 """Arguments with which each command that writes one file writes it."""
-WRITING_LATE = {"identify": (TWO_R, "none.csv", "--save", "out.toml"), "report": (TWO_R, "--out", "out.html")}
+WRITING_LATE = {
+    "control": (TWO_AXIS, "--damping", "0.02", "--save", "out.toml"),
+    "identify": (TWO_R, "none.csv", "--save", "out.toml"),
+    "report": (TWO_R, "--out", "out.html"),
+}
 """The same where that takes long, or needs measurements first."""
 
 
@@ -162,7 +166,9 @@ def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path
     """Before the machine is read, which does not exist."""
     (tmp_path / "mine").write_text("mine")
     scene = ("--scene", "scene.toml")
-    more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene}.get(command, ())
+    cut = ("--direction", "tip.x", "--cutting", "1e9")
+    needed = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene, "lobes": cut}
+    more = needed.get(command, ())
     assert refused(command, "none.toml", *more, "--plots", "mine") == (
         "mine: --plots: is a file, not a folder: choose another folder"
     )
@@ -206,7 +212,9 @@ def test_pictures_are_drawn_in_the_format_asked_for(form: str, tmp_path: Path) -
 @pytest.mark.parametrize("command", DRAWING)
 def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
     scene = ("--scene", "scene.toml")
-    more = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene}.get(command, ())
+    cut = ("--direction", "tip.x", "--cutting", "1e9")
+    needed = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene, "lobes": cut}
+    more = needed.get(command, ())
     unknown = refused(command, "none.toml", *more, "--plots", "p", "--plot-format", "bmp")
     assert unknown == "symoro-elastic: --plot-format: no format 'bmp': choose from png, svg, pdf"
     alone = refused(command, "none.toml", *more, "--plot-format", "svg")

@@ -27,7 +27,8 @@ def test_a_start_is_a_sound_machine(kind: str) -> None:
 def test_all_tables_and_keys_are_shown(kind: str) -> None:
     text = starting_text("machine", kind)
     headings = re.findall(r"^(?:# )?\[(\w+)\]", text, re.MULTILINE)
-    assert headings == ["loops", "parameters", *OF_JOINTS, "base", "limits", "scene", "motion", "wanted", "extras"]
+    asked = ["scene", "motion", "wanted", "extras"]
+    assert headings == ["loops", "parameters", *OF_JOINTS, "base", "limits", "drives", *asked]
     for key in (key for section in SECTIONS for key in section.keys):
         assert re.search(rf"\b{key.name}\b", text), key.name
     assert max(map(len, text.splitlines())) <= 120
@@ -41,7 +42,7 @@ def test_options_are_toml_without_their_sign(kind: str) -> None:
     joint, motor = machine.joints[0].name, machine.motor_joints[0].name
     springs = [f'"{machine.joint(j).name}"' for j in machine.elastic]
     names = {"joint_name": joint, '"pin"': f'"{joint}"', '"pin_end"': f'"{joint}"', '"q3"': f'"{joint}"'}
-    names |= {"elbow": joint, "motor_x": motor, '["wrist"]': f"[{', '.join(springs)}]"}
+    names |= {"elbow": joint, "motor_x": motor, "motor_name": motor, '["wrist"]': f"[{', '.join(springs)}]"}
     blocks = text.split("\n\n")
     options = [k for k, block in enumerate(blocks) if re.search(r"^# \[\w+\]", block, re.MULTILINE)]
     assert options

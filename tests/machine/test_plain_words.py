@@ -51,7 +51,7 @@ def test_code_for_such_names_compiles_and_has_the_same_numbers(
     path = renamed(tmp_path, machine, *joints)
     assert [joint.name for joint in se.read(path).motor_joints] == [*joints]
     targets = [*TARGETS]
-    se.generate(path, "direct_dynamics", "jacobian", targets=targets, out=tmp_path, steps=["w3"])
+    se.generate(path, "direct_dynamics", "inverse_dynamics", "jacobian", targets=targets, out=tmp_path, steps=["w3"])
     folder, macros = tmp_path / machine, [f"-D{word}=" for word in ("far", "near", "huge")]
     for compiler, name, language in (("gcc", f"{machine}.c", "c"), ("g++", f"{machine}.hpp", "c++")):
         if shutil.which(compiler):

@@ -186,7 +186,7 @@ def _refuse_kinematics(package: Package, forward: Function, inverse: Function, s
 
 LINUXCNC = Target(
     name="linuxcnc",
-    title="components for LinuxCNC: torques of the inverse dynamic model, kinematics in closed form",
+    title="components for LinuxCNC: torques by the inverse dynamic model, kinematics",
     suffixes=("_ff.comp", "_kins.comp"),
     precisions=(DOUBLE,),
     reserved=C.reserved,

@@ -77,7 +77,7 @@ def _interface(block: StBlock) -> list[tuple[str, list[str]]]:
 
 ST = Target(
     name="st",
-    title="Structured Text (IEC 61131-3) for programmable controllers: a function block a model",
+    title="Structured Text (IEC 61131-3): a function block a model",
     suffixes=(".st",),
     precisions=(DOUBLE, SINGLE),
     reserved=frozenset(),

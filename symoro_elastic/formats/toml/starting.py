@@ -6,6 +6,8 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from symoro_elastic.formats.toml.drives import DRIVES, OF_DRIVES
+from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import (
     BASE,
@@ -174,6 +176,14 @@ crank = { rotor_inertia = 0.0005, ratio = 80 }
 )
 STARTS = {"arm": ARM, "cartesian": CARTESIAN, "elastic": ELASTIC, "floating": FLOATING, "linkage": LINKAGE}
 """Machines to start from, by kind."""
+OTHERWISE = {
+    "bodies": ("first_moments", "inertia_at_origin"),
+    "motion": ("drives",),
+    OF_MOTORS: ("feed_forward", "filters", "measured", "period"),
+}
+"""Keys by table that an example leaves out: others stand in their place, or the line would be long."""
+PARTS = {OF_MOTORS: OF_DRIVES[1:]}
+"""Tables within the tables of others."""
 WIDTH = 120
 HEAD = """# {title}
 # Numbers are examples: SI units, angles in rad ("pi/2"). Lines that begin with # are options: remove the # to use one.
@@ -216,6 +226,7 @@ def _blocks(name: str, start: Start) -> list[str]:
     ]
     blocks += [_of_section(name, section_of(name), start) for name in OF_JOINTS]
     blocks += [_of_section("base", BASE, start), _of_section(OF_LIMITS, LIMITS, start)]
+    blocks += [_of_section(OF_MOTORS, DRIVES, start)]
     blocks += [_of_section("scene", SCENE, start)]
     blocks += [_of_section("motion", MOTION, start), _of_section("wanted", WANTED, start)]
     blocks.append(_table("extras", f"# {EXTRAS.meaning}", {}, '# Type = "0"'))
@@ -228,16 +239,16 @@ def _of_section(name: str, section: Section, start: Start) -> str:
         example = ", ".join(f"{key.name} = {key.example}" for key in section.keys)
         lines = f"loop_name = {{ {example} }}"
     elif section.entries:
-        own = [
-            key for key in section.keys if not (name == "bodies" and key.name in ("first_moments", "inertia_at_origin"))
-        ]
+        own = [key for key in section.keys if key.name not in OTHERWISE.get(name, ())]
         example = ", ".join(f"{key.name} = {key.example}" for key in own)
         lines = f"{section.entries}_name = {{ {example} }}"
     else:
-        fixed = section is MOTION and "base" not in start.tables
-        keys = [key for key in section.keys if not (fixed and key.name == "base")]
+        fixed = name == "motion" and "base" not in start.tables
+        left_out = {*OTHERWISE.get(name, ()), *(("base",) if fixed else ())}
+        keys = [key for key in section.keys if key.name not in left_out]
         lines = "\n".join(f"{key.name} = {key.example}" for key in keys)
-    return _table(name, "\n".join(_comments(section)), start.tables, "\n".join(f"# {x}" for x in lines.splitlines()))
+    comments = [line for one in (section, *PARTS.get(name, ())) for line in _comments(one)]
+    return _table(name, "\n".join(comments), start.tables, "\n".join(f"# {x}" for x in lines.splitlines()))
 
 
 def _table(name: str, comments: str, tables: Mapping[str, str], otherwise: str) -> str:

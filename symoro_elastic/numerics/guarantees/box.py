@@ -76,6 +76,9 @@ class Box:
         return dict(zip(self.ranges, drawn(low, high, positions, count, rng), strict=True))
 
 
+DRAWN_AS = "half of the states drawn evenly from the box, half with all but positions at its corners"
+
+
 def drawn(low: Array, high: Array, positions: BoolArray, count: int, rng: np.random.Generator) -> Array:
     """Return states (variables, count) between ends (variables, 1): drawn evenly, half with all but positions at ends.
 
