@@ -85,7 +85,7 @@ def c_functions(text: str) -> dict[str, list[Assignment]]:
     plain = re.sub(r"\b\w+_sign\(", "sign(", plain)
     found = {}
     for name, body in re.findall(r"^(?:static )?void (\w+)\([^)]*\)\n\{\n(.*?)^\}", plain, re.DOTALL | re.MULTILINE):
-        statements = [" ".join(s.split()) for s in body.split(";")]
+        statements = [" ".join(s.split()).removeprefix("} ") for s in body.split(";")]
         parts = [re.fullmatch(r"(const double )?(\w+(?:\[\w+\])?) = (.*)", s) for s in statements]
         found[name] = [Assignment(p[2], bool(p[1]), p[3]) for p in parts if p]
     return found

@@ -124,7 +124,7 @@ def test_single_precision_has_a_name_of_its_own(run: Run) -> None:
 
 def test_generate_json(run: Run) -> None:
     found = run("generate", FLEX4, "--json").figures
-    assert found.keys() == {"written", "models"}
+    assert found.keys() == {"written", "models", "form"}
     assert all(Path(path).is_file() for path in found["written"]) and len(found["written"]) == 7
     assert found["models"].keys() == {"direct_dynamics", "inverse_dynamics"}
     for figures in found["models"].values():

@@ -51,7 +51,7 @@ from symoro_elastic.symbolic.tape import Tape
 
 DUALS = differentiating(FLOATS)
 MOST_PAIRS = 1500
-"""Pairs of a joint and one between it and the base: a chain of 31 joints has as many. Formulas grow with the pairs."""
+"""Pairs of a joint and one between it and the base: a chain of 54 joints has as many. Formulas grow with the pairs."""
 LARGEST_BLOCK = 1 << 24
 """Numbers of slopes that are kept at a time."""
 LARGEST_INPUT = 1e9
