@@ -19,6 +19,7 @@ pytestmark = pytest.mark.sampled(5)
 
 PAGES = (
     "index",
+    "drives",
     "machine_tool",
     "identification",
     "robots",
@@ -28,7 +29,6 @@ PAGES = (
     "sweeps",
     "batches",
     "guarantees",
-    "drives",
 )
 NEEDED = {"robots": ("mujoco",), "fmu": ("fmpy",)}
 ELSEWHERE = {

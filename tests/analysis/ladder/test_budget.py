@@ -81,6 +81,7 @@ def refuse_paths_that_turn(path: tuple[PathStep, ...], tolerance: Mapping[str, f
         assert all(step.total[name] <= FILLED * limit for step in path)
 
 
+@pytest.mark.thorough
 def test_every_step_saves_operations_and_adds_its_error() -> None:
     path = budget().path
     refuse_paths_that_turn(path, TOLERANCE)
