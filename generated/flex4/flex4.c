@@ -149,7 +149,8 @@ void flex4_direct_dynamics_prepared(
     double cosine[2];
     flex4_sincos(angle[0], &sine[0], &cosine[0]);
     flex4_sincos(angle[1], &sine[1], &cosine[1]);
-    if (!((fabs(angle[0]) + fabs(angle[1])) <= FLEX4_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]);
+    if (!(size <= FLEX4_NEAR)) {
         flex4_sincos_large(2U, angle, sine, cosine);
     }
 
@@ -351,7 +352,8 @@ void flex4_inverse_dynamics_prepared(
     double cosine[2];
     flex4_sincos(angle[0], &sine[0], &cosine[0]);
     flex4_sincos(angle[1], &sine[1], &cosine[1]);
-    if (!((fabs(angle[0]) + fabs(angle[1])) <= FLEX4_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]);
+    if (!(size <= FLEX4_NEAR)) {
         flex4_sincos_large(2U, angle, sine, cosine);
     }
 

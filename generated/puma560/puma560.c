@@ -161,7 +161,8 @@ void puma560_direct_dynamics_prepared(
     puma560_sincos(angle[2], &sine[2], &cosine[2]);
     puma560_sincos(angle[3], &sine[3], &cosine[3]);
     puma560_sincos(angle[4], &sine[4], &cosine[4]);
-    if (!((fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4])) <= PUMA560_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4]);
+    if (!(size <= PUMA560_NEAR)) {
         puma560_sincos_large(5U, angle, sine, cosine);
     }
 
@@ -882,7 +883,8 @@ void puma560_inverse_dynamics_prepared(
     puma560_sincos(angle[2], &sine[2], &cosine[2]);
     puma560_sincos(angle[3], &sine[3], &cosine[3]);
     puma560_sincos(angle[4], &sine[4], &cosine[4]);
-    if (!((fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4])) <= PUMA560_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4]);
+    if (!(size <= PUMA560_NEAR)) {
         puma560_sincos_large(5U, angle, sine, cosine);
     }
 

@@ -158,7 +158,8 @@ void rx90_direct_dynamics_prepared(
     rx90_sincos(angle[2], &sine[2], &cosine[2]);
     rx90_sincos(angle[3], &sine[3], &cosine[3]);
     rx90_sincos(angle[4], &sine[4], &cosine[4]);
-    if (!((fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4])) <= RX90_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4]);
+    if (!(size <= RX90_NEAR)) {
         rx90_sincos_large(5U, angle, sine, cosine);
     }
 
@@ -808,7 +809,8 @@ void rx90_inverse_dynamics_prepared(
     rx90_sincos(angle[2], &sine[2], &cosine[2]);
     rx90_sincos(angle[3], &sine[3], &cosine[3]);
     rx90_sincos(angle[4], &sine[4], &cosine[4]);
-    if (!((fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4])) <= RX90_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4]);
+    if (!(size <= RX90_NEAR)) {
         rx90_sincos_large(5U, angle, sine, cosine);
     }
 

@@ -94,7 +94,8 @@ void sr400_direct_dynamics_prepared(
     sr400_sincos(angle[1], &sine[1], &cosine[1]);
     sr400_sincos(angle[2], &sine[2], &cosine[2]);
     sr400_sincos(angle[3], &sine[3], &cosine[3]);
-    if (!((fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3])) <= SR400_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]);
+    if (!(size <= SR400_NEAR)) {
         sr400_sincos_large(4U, angle, sine, cosine);
     }
 
@@ -537,7 +538,8 @@ void sr400_inverse_dynamics(
     sr400_sincos(angle[1], &sine[1], &cosine[1]);
     sr400_sincos(angle[2], &sine[2], &cosine[2]);
     sr400_sincos(angle[3], &sine[3], &cosine[3]);
-    if (!((fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3])) <= SR400_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]);
+    if (!(size <= SR400_NEAR)) {
         sr400_sincos_large(4U, angle, sine, cosine);
     }
 

@@ -55,7 +55,8 @@ void two_axis_direct_dynamics(
     double cosine[2];
     two_axis_sincos(angle[0], &sine[0], &cosine[0]);
     two_axis_sincos(angle[1], &sine[1], &cosine[1]);
-    if (!((fabs(angle[0]) + fabs(angle[1])) <= TWO_AXIS_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]);
+    if (!(size <= TWO_AXIS_NEAR)) {
         two_axis_sincos_large(2U, angle, sine, cosine);
     }
 
@@ -366,7 +367,8 @@ void two_axis_inverse_dynamics(
     double cosine[2];
     two_axis_sincos(angle[0], &sine[0], &cosine[0]);
     two_axis_sincos(angle[1], &sine[1], &cosine[1]);
-    if (!((fabs(angle[0]) + fabs(angle[1])) <= TWO_AXIS_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]);
+    if (!(size <= TWO_AXIS_NEAR)) {
         two_axis_sincos_large(2U, angle, sine, cosine);
     }
 

@@ -10,7 +10,7 @@ from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.options import Controlling, Cutting
 from symoro_elastic.api.rows import MachineLike
 from symoro_elastic.api.scenes import kept_machine
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, placed
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control
@@ -38,7 +38,8 @@ def control(machine: MachineLike, options: Controlling) -> Control:
     from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
     kept = kept_machine(machine, options.scene)
-    motion = motion_of(kept, dict(options.values), (), options.compliances)
+    with placed({"--output": "--compliance"}):
+        motion = motion_of(kept, dict(options.values), (), options.compliances)
     places = _places(options.along, options.at, motion)
     states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
     distances = Distances(options.modulus, options.position_modulus)
@@ -59,7 +60,10 @@ def lobes(machine: MachineLike, options: Cutting) -> Lobes:
 
     kept = kept_machine(machine, options.scene)
     cut = Cut(options.cutting, options.teeth, options.direction, options.thickness or options.direction)
-    motion = motion_of(kept, dict(options.values), (), (cut.direction, cut.thickness))
+    with placed({"--output": "--direction"}):
+        motion_of(kept, dict(options.values), (), (cut.direction,))
+    with placed({"--output": "--thickness"}):
+        motion = motion_of(kept, dict(options.values), (), (cut.direction, cut.thickness))
     places = _places(options.along, options.at, motion)
     states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
     speeds = np.linspace(*(options.speeds or USUAL_SPEEDS))

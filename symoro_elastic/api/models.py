@@ -13,7 +13,7 @@ from symoro_elastic.api.declaration import operation, operation_on_models
 from symoro_elastic.api.hulls import limited
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.options import Certifying, Checking, Generating, Trading, Writing
-from symoro_elastic.api.rows import EFFORTS, MachineLike, Values, certified_names
+from symoro_elastic.api.rows import BOXES, EFFORTS, MachineLike, Values, certified_names
 from symoro_elastic.api.scenes import SceneRequest, scene_for
 from symoro_elastic.codegen.compile import CompilationFailed, CompilerMissing
 from symoro_elastic.codegen.embedded.tool_chain import ToolChain, tool_chain
@@ -248,6 +248,7 @@ def trade(machine: MachineLike, options: Trading) -> Trade:
 
     whole = the_machine(machine)
     among((options.effort,), EFFORTS, "--effort")
+    among((options.limits,), BOXES, "--limits")
     try:
         request = Request(options.effort, options.states, options.extreme, options.rounds, options.seed)
         scene = replace(scene_for(whole, options), merge_angles=options.merge_angles)

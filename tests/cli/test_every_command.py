@@ -162,6 +162,7 @@ JSON: dict[str, tuple[str, ...]] = {
     "response": ("--band", "1:9:3"),
     "compare": ("--duration", "0.01"),
     "feed-forward": ("--duration", "0.01", "--sample-rate", "500"),
+    "control": ("--damping", "0.02"),
     "excite": (*LIMITS, "--sample-rate", "20", "--out", "e.csv"),
     "identify": ("data.csv",),
 }
@@ -169,7 +170,6 @@ SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),
     "certify": ("--model", "inverse_dynamics"),
     "singularities": ("--component", "tip.x", "--component", "tip.y"),
-    "control": ("--damping", "0.02"),
     "lobes": ("--direction", "tip.x", "--cutting", "1e9", "--damping", "0.02"),
     "trade": ("--effort", "quick", "--model", "inertia_matrix", "--states", "1", "--rounds", "1"),
     "simulate": ("--scene", str(EXAMPLES / "scenes" / "planar_2r_move.toml"), "--step", "0.01"),

@@ -99,7 +99,8 @@ void planar_2r_direct_dynamics_prepared(
     double cosine[2];
     planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
     planar_2r_sincos(angle[1], &sine[1], &cosine[1]);
-    if (!((fabs(angle[0]) + fabs(angle[1])) <= PLANAR_2R_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]);
+    if (!(size <= PLANAR_2R_NEAR)) {
         planar_2r_sincos_large(2U, angle, sine, cosine);
     }
 
@@ -202,7 +203,8 @@ void planar_2r_inverse_dynamics_prepared(
     double cosine[2];
     planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
     planar_2r_sincos(angle[1], &sine[1], &cosine[1]);
-    if (!((fabs(angle[0]) + fabs(angle[1])) <= PLANAR_2R_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]);
+    if (!(size <= PLANAR_2R_NEAR)) {
         planar_2r_sincos_large(2U, angle, sine, cosine);
     }
 
@@ -295,7 +297,8 @@ void planar_2r_inertia_matrix_prepared(
     double sine[1];
     double cosine[1];
     planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
-    if (!((fabs(angle[0])) <= PLANAR_2R_NEAR)) {
+    const double size = fabs(angle[0]);
+    if (!(size <= PLANAR_2R_NEAR)) {
         planar_2r_sincos_large(1U, angle, sine, cosine);
     }
 
@@ -355,7 +358,8 @@ void planar_2r_bias_forces_prepared(
     double cosine[2];
     planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
     planar_2r_sincos(angle[1], &sine[1], &cosine[1]);
-    if (!((fabs(angle[0]) + fabs(angle[1])) <= PLANAR_2R_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]);
+    if (!(size <= PLANAR_2R_NEAR)) {
         planar_2r_sincos_large(2U, angle, sine, cosine);
     }
 
@@ -411,7 +415,8 @@ void planar_2r_geometric_model(const double q[PLANAR_2R_JOINTS], const double p[
     double cosine[2];
     planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
     planar_2r_sincos(angle[1], &sine[1], &cosine[1]);
-    if (!((fabs(angle[0]) + fabs(angle[1])) <= PLANAR_2R_NEAR)) {
+    const double size = fabs(angle[0]) + fabs(angle[1]);
+    if (!(size <= PLANAR_2R_NEAR)) {
         planar_2r_sincos_large(2U, angle, sine, cosine);
     }
 

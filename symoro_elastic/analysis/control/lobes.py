@@ -180,8 +180,8 @@ class _Tool:
         best = (np.inf, np.nan)
         for k in changes[np.argsort(real)][:MOST_SOLVED]:
             f = float(solve(lambda f: float(g(np.array([f]))[0].imag), tried[k], tried[k + 1], rtol=1e-13))
-            depth = -1 / (self.cut.coefficient * float(g(np.array([f]))[0].real))
-            best = min(best, (depth, f)) if depth > 0 else best
+            at = float(g(np.array([f]))[0].real)
+            best = min(best, (-1 / (self.cut.coefficient * at), f)) if at < 0 else best
         return best
 
     def influences(self, frequency: float, real: float) -> dict[str, float]:

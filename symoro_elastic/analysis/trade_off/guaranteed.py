@@ -23,7 +23,7 @@ from symoro_elastic.foundation.results import Result
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.generation.reduced import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.scene import ALL, INERTIA, Scene
+from symoro_elastic.machine.scene import ALL, AUTO, INERTIA, RECURSION, Scene
 from symoro_elastic.machine.within import Guaranteed
 from symoro_elastic.models.catalogue import BY_INERTIA, DEFAULT_MODELS
 from symoro_elastic.models.traced import Traced
@@ -104,6 +104,7 @@ class GuaranteedCurve(Result):
 def grids_of(machine: DescribedMachine, scene: Scene, progress: Progress = no_progress) -> tuple[Grid, ...]:
     """Return the programs of a scene within its tolerances, in each form that is worth it; raises `InputError`."""
     scene = replace(scene, models=scene.models or DEFAULT_MODELS, fold=ALL, steps=())
+    scene = replace(scene, form=RECURSION) if scene.form == AUTO else scene
     forms = [scene.form, *([INERTIA] if scene.form != INERTIA and _has_forms(machine, scene) else [])]
     grids = tuple(Grid(machine, replace(scene, form=form)) for form in forms)
     for done, (grid, share) in enumerate(product(grids, SHARES), 1):

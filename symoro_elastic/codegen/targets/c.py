@@ -127,12 +127,11 @@ def lines_of_sines(name: str, precision: Precision, count: int) -> Iterator[str]
     function, absolute = f"{name}_sincos", f"fabs{f}"
     if count <= MOST_SIDE_BY_SIDE:
         yield from (f"{function}(angle[{k}], &sine[{k}], &cosine[{k}]);" for k in range(count))
-        size = " + ".join(f"{absolute}(angle[{k}])" for k in range(count))
+        yield f"const {precision.angle} size = {' + '.join(f'{absolute}(angle[{k}])' for k in range(count))};"
     else:
-        size = "size"
-        yield f"{precision.angle} {size} = 0.0{f};"
-        yield from _in_a_loop(function, count, f"{size} += {absolute}(angle[k]);")
-    yield f"if (!(({size}) <= {name.upper()}_NEAR)) {{"
+        yield f"{precision.angle} size = 0.0{f};"
+        yield from _in_a_loop(function, count, f"size += {absolute}(angle[k]);")
+    yield f"if (!(size <= {name.upper()}_NEAR)) {{"
     yield f"{INDENT}{function}_large({count}U, angle, sine, cosine);"
     yield "}"
 

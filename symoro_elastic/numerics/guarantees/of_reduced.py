@@ -12,6 +12,7 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.numerics.guarantees.certificate import Subject
 from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes, errors_of_changes
 from symoro_elastic.numerics.guarantees.grid import largest
+from symoro_elastic.numerics.guarantees.separated import on_both_sides
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
 from symoro_elastic.symbolic.expression import Operand
 from symoro_elastic.symbolic.program import Program
@@ -36,7 +37,8 @@ class ReducedErrors:
             for x, y in zip(one.entries, other.entries, strict=True)
         ]
         found = np.array(list(self._by_polynomials(pairs)))
-        if not np.isfinite(found).all():
+        # Where x stands for sin x, polynomials take both as independent: intervals of the difference may be nearer.
+        if not np.isfinite(found).all() or any(on_both_sides(pair, self.whole.box) for pair in pairs):
             found = np.minimum(found, self._by_intervals(changes))
         ends = np.cumsum([len(output.entries) for output in program.outputs])[:-1]
         names = [output.name for output in program.outputs]

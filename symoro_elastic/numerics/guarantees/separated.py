@@ -28,13 +28,18 @@ def separated(roots: Sequence[Operand], box: Box) -> tuple[Sequence[Operand], Bo
 
     The expressions may be of one graph or of several.
     """
-    sides = [_sides(root) for root in roots]
-    inside, outside = (frozenset[str]().union(*names) for names in zip(*sides, strict=True))
-    names = inside & outside & {*box.open}
+    names = on_both_sides(roots, box)
     if not names:
         return roots, box
     ranges = {**box.ranges, **{name + OUTSIDE: box.ranges[name] for name in names}}
     return [_copied(root, names) for root in roots], replace(box, ranges=ranges)
+
+
+def on_both_sides(roots: Sequence[Operand], box: Box) -> frozenset[str]:
+    """Return the variables that stand inside of sines in some expressions, and outside of them in some."""
+    sides = [_sides(root) for root in roots]
+    inside, outside = (frozenset[str]().union(*names) for names in zip(*sides, strict=True))
+    return inside & outside & {*box.open}
 
 
 def _sides(root: Operand) -> tuple[frozenset[str], frozenset[str]]:
