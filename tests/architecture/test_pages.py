@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import pytest
 
 from symoro_elastic.models.catalogue import MODELS
 from symoro_elastic.pages.models_page import models_page
-from tests.documented_pages import beside_examples, runs, wrong_blocks
+from tests.documented_pages import Run, beside_examples, differences, output, runs, wrong_blocks
 from tests.golden import ROOT
 
 pytestmark = pytest.mark.sampled(5)
@@ -80,3 +81,13 @@ def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
     assert "WARNING" not in done.stderr
     pages = {path.stem for path in (tmp_path / "site").glob("*.html")}
     assert {"index", "python", "commands", "models", "formats", "equations"} <= pages
+
+
+def test_the_first_command_of_the_readme_prints_what_it_shows(tmp_path: Path) -> None:
+    """Its two parts, run here; the set-up is what continuous integration does."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    command, shown = re.findall(r"^```sh\n(.*?)\n```\n\n```\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)[0]
+    parts = [part.removeprefix(".venv/bin/") for part in command.split(" && ") if "symoro-elastic" in part]
+    with beside_examples(tmp_path):
+        printed = "".join(output(Run("sh", f"{part}\n", ""), {}) for part in parts)
+    assert len(parts) == 2 and differences(shown, printed) == []
