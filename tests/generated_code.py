@@ -99,8 +99,8 @@ def c_work(functions: dict[str, list[Assignment]], name: str) -> tuple[list[Assi
 
 
 def _own(assignments: list[Assignment]) -> list[Assignment]:
-    """Without the spill array and the angles."""
-    own = [a for a in assignments if "spill[" not in a.target + a.right and not a.target.startswith("angle[")]
+    """Without the spill array, the angles, and the size of these."""
+    own = [a for a in assignments if "spill[" not in a.target + a.right and not a.target.startswith(("angle[", "size"))]
     return list(dict.fromkeys(own))  # each part unpacks the arguments it needs
 
 
