@@ -20,6 +20,7 @@ pytestmark = pytest.mark.sampled(5)
 
 PAGES = (
     "index",
+    "guarantees",
     "drives",
     "machine_tool",
     "identification",
@@ -29,7 +30,6 @@ PAGES = (
     "fmu",
     "sweeps",
     "batches",
-    "guarantees",
 )
 NEEDED = {"robots": ("mujoco",), "fmu": ("fmpy",)}
 ELSEWHERE = {
