@@ -129,7 +129,7 @@ def _refuse_undamped(plant: Plant) -> None:
     if len(swinging):
         least_one = float(np.abs(swinging).min()) / (2 * np.pi)
         what = (
-            f"{len(swinging)} modes have no damping, the lowest at {least_one:.4g} Hz, and gains depend on it: give "
+            f"modes without damping: {len(swinging)}, the lowest at {least_one:.4g} Hz. Gains depend on it: give "
             "[springs] damping, or a ratio for all modes, as 0.01"
         )
         raise InputError(plant.linear.motion.source, "--damping", what)

@@ -217,7 +217,7 @@ def test_a_position_that_the_motor_does_not_move_is_refused() -> None:
 @pytest.mark.parametrize(
     ("changes", "options", "place", "what"),
     [
-        ({}, {}, "damping", "have no damping"),
+        ({}, {}, "damping", "modes without damping: 1, the lowest at 42.11 Hz"),
         ({"current": {"lag": 0}, "dead_time": 0}, {"damping": 0.01}, "drives, motor, Kp", "nothing limits it"),
         ({"measured": "motor.qd"}, {"damping": 0.01}, "measured", "is no position"),
         ({"measured": "arm.zz"}, {"damping": 0.01}, "", "arm.zz"),
