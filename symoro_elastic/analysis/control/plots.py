@@ -11,6 +11,7 @@ from symoro_elastic.analysis.control.control import Control
 from symoro_elastic.analysis.control.lobes import Lobes
 from symoro_elastic.analysis.control.loops import AxisLoops, loops_of
 from symoro_elastic.analysis.control.views import place_text
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.pictures import new_figure
 from symoro_elastic.foundation.results import figures_of
 
@@ -18,6 +19,8 @@ FURTHEST = 3.0
 """Half the width of a Nyquist diagram around -1."""
 HIGHEST = 8.0
 """Of the depth that is stable at all speeds: the end of the axis of lobes."""
+SLOWEST, BETWEEN = 0.1, 6
+"""Hz from which on loops are drawn; how finely frequencies that are tried are divided."""
 STYLES = {"velocity": "-", "position": "--"}
 
 
@@ -55,16 +58,26 @@ def _(lobes: Lobes) -> dict[str, Any]:
     return {"stability_lobes": figure}
 
 
+def shown(axis: AxisLoops) -> Array:
+    """Return the frequencies at which loops are drawn: those that are tried, and some between."""
+    tried = axis.frequencies[axis.frequencies >= SLOWEST]
+    found: Array = np.exp(
+        np.interp(np.arange((len(tried) - 1) * BETWEEN + 1) / BETWEEN, range(len(tried)), np.log(tried))
+    )
+    return found
+
+
 def bode(control: Control, axes: list[AxisLoops]) -> Any:
     """Return magnitude and phase of the open loops of an axis, a colour for each position."""
     figure = new_figure(8.0, 6.0)
     magnitude, phase = figure.subplots(2, 1, sharex=True)
     for k, (axis, place) in enumerate(zip(axes, control.places, strict=True)):
-        for name, L in axis.open_loops(axis.frequencies).items():
+        frequencies = shown(axis)
+        for name, L in axis.open_loops(frequencies).items():
             style = {"linestyle": STYLES[name], "linewidth": 0.9, "color": f"C{k % 10}"}
             label = f"{name}, {place_text(place.place)}" if len(axes) > 1 else name
-            magnitude.loglog(axis.frequencies, np.abs(L), label=label, **style)
-            phase.semilogx(axis.frequencies, np.degrees(np.unwrap(np.angle(L))), **style)
+            magnitude.loglog(frequencies, np.abs(L), label=label, **style)
+            phase.semilogx(frequencies, np.degrees(np.unwrap(np.angle(L))), **style)
     magnitude.axhline(1.0, color="0.5", linewidth=0.6)
     magnitude.set_ylim(bottom=1e-4)
     magnitude.set_ylabel("open loop")
@@ -86,7 +99,7 @@ def nyquist(control: Control, axes: list[AxisLoops]) -> Any:
         circle = -1 + distance * turn
         plane.plot(circle.real, circle.imag, STYLES[name], color="0.6", linewidth=0.8)
     for k, axis in enumerate(axes):
-        for name, L in axis.open_loops(axis.frequencies).items():
+        for name, L in axis.open_loops(shown(axis)).items():
             plane.plot(L.real, L.imag, STYLES[name], color=f"C{k % 10}", linewidth=0.9, label=name if k == 0 else None)
     plane.plot([-1], [0], "+", color="black")
     plane.set_xlim(-1 - FURTHEST, -1 + FURTHEST)
@@ -106,7 +119,7 @@ def compliances(control: Control) -> Any:
     axis = figure.add_subplot()
     names = [one.output for one in control.places[0].compliances]
     for k, (plant, place) in enumerate(zip(control.plants, control.places, strict=True)):
-        grid = loops_of(plant, control.cascades)[0].frequencies
+        grid = shown(loops_of(plant, control.cascades)[0])
         for i, name in enumerate(names):
             row = plant.linear.Cq[plant.linear.outputs.index(name)]
             s = laplace(grid)
