@@ -15,7 +15,7 @@ from symoro_elastic.foundation.errors import InputError, placed
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control
     from symoro_elastic.analysis.control.lobes import Lobes
-    from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
+    from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 
 
 USUAL_SPEEDS = (1000.0, 20_000.0, 200)
@@ -35,13 +35,11 @@ def control(machine: MachineLike, options: Controlling) -> Control:
     from symoro_elastic.analysis.control.control import control_at
     from symoro_elastic.analysis.control.tuning import Distances
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
-    from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
     kept = kept_machine(machine, options.scene)
     with placed({"--output": "--compliance"}):
         motion = motion_of(kept, dict(options.values), (), options.compliances)
-    places = _places(options.along, options.at, motion)
-    states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
+    states = _states(options.along, options.at, motion)
     distances = Distances(options.modulus, options.position_modulus)
     return control_at(motion, states, distances, options.damping, options.tune, options.compliances, options.progress)
 
@@ -56,7 +54,6 @@ def lobes(machine: MachineLike, options: Cutting) -> Lobes:
 
     from symoro_elastic.analysis.control.lobes import Cut, lobes_at
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
-    from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
     kept = kept_machine(machine, options.scene)
     cut = Cut(options.cutting, options.teeth, options.direction, options.thickness or options.direction)
@@ -64,17 +61,17 @@ def lobes(machine: MachineLike, options: Cutting) -> Lobes:
         motion_of(kept, dict(options.values), (), (cut.direction,))
     with placed({"--output": "--thickness"}):
         motion = motion_of(kept, dict(options.values), (), (cut.direction, cut.thickness))
-    places = _places(options.along, options.at, motion)
-    states = [(place, equilibrium(motion, {**options.at, **place})) for place in places]
+    states = _states(options.along, options.at, motion)
     speeds = np.linspace(*(options.speeds or USUAL_SPEEDS))
     return lobes_at(motion, states, cut, speeds, options.damping, progress=options.progress)
 
 
-def _places(
+def _states(
     along: Mapping[str, Sequence[float]], at: Mapping[str, float], motion: EquationsOfMotion
-) -> list[dict[str, float]]:
-    """Return all positions of a grid; the given one where there is none."""
+) -> list[tuple[dict[str, float], State]]:
+    """Return the equilibria at all positions of a grid, with these; at the given one where there is no grid."""
     from symoro_elastic.analysis.vibration.tracking import refuse_grid, refuse_unheld
+    from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
     if along:
         refuse_grid([len(positions) for positions in along.values()], motion.source)
@@ -82,4 +79,5 @@ def _places(
     for name in along:
         if name in at:
             raise InputError(motion.source, "--along", f"{name} is at {at[name]:g} by --at: remove one of the two")
-    return [dict(zip(along, place, strict=True)) for place in product(*along.values())] if along else [dict(at)]
+    places = [dict(zip(along, place, strict=True)) for place in product(*along.values())] if along else [dict(at)]
+    return [(place, equilibrium(motion, {**at, **place})) for place in places]

@@ -28,10 +28,10 @@ from symoro_elastic.analysis.control.loops import (
     loops_of,
     margins,
 )
-from symoro_elastic.analysis.control.plant import Plant
+from symoro_elastic.analysis.control.plant import Plant, position_row
 from symoro_elastic.analysis.control.sampled import sampled_loop
 from symoro_elastic.analysis.control.tuning import Distances
-from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.described import DescribedMachine
@@ -182,18 +182,18 @@ def with_gains(machine: Machine, control: Control) -> Machine:
 
 def _place(plant: Plant, cascades: Sequence[Cascade], distances: Distances, signals: Sequence[str]) -> PlaceControl:
     loop = closed_loop(plant, cascades)
-    axes = tuple(_axis(one, loop, cascades, distances) for one in loops_of(plant, cascades))
-    compliances = tuple(_compliance(plant, loop, cascades, name) for name in signals)
+    each = loops_of(plant, cascades)
+    axes = tuple(_axis(one, loop, distances) for one in each)
+    compliances = tuple(_compliance(plant, loop, cascades, name, each[0].frequencies) for name in signals)
     exact = sampled_loop(plant, cascades)
     growth, period = (exact.growth, exact.period) if exact else (loop.growth, 0.0)
     return PlaceControl(dict(plant.place), axes, compliances, growth, period)
 
 
-def _axis(one: AxisLoops, loop: ClosedLoop, cascades: Sequence[Cascade], distances: Distances) -> AxisControl:
+def _axis(one: AxisLoops, loop: ClosedLoop, distances: Distances) -> AxisControl:
     grid = one.frequencies
-    velocity = margins(lambda f: one.open_loops(f)["velocity"], grid)
-    position = margins(lambda f: one.open_loops(f)["position"], grid)
-    bandwidth, in_phase = _bandwidths(one, cascades, grid)
+    velocity, position = margins(one.velocity_loop, grid), margins(one.position_loop, grid)
+    bandwidth, in_phase = _bandwidths(one, grid)
     motion = one.plant.linear.motion
     joint = motion.machine.motor_joints[motion.motor_names.index(one.cascade.motor)]
     limits = (
@@ -208,31 +208,23 @@ def _limit(one: AxisLoops, key: str, found: LargestGain | None, distance: float)
     return Limit(key, distance, found, influences(one, key, found) if found else {})
 
 
-def _bandwidths(one: AxisLoops, cascades: Sequence[Cascade], grid: Array) -> tuple[float, float]:
+def _bandwidths(one: AxisLoops, grid: Array) -> tuple[float, float]:
     """Return where the position falls to 0.707 of its set point, and where it is 90 degrees behind, Hz."""
-
-    def followed(f: Array) -> ComplexArray:
-        s = laplace(f)
-        moved = one.plant.moved(s, cascades, one.axis.velocity[:, None])[:, :, 0]
-        by_torque: ComplexArray = moved @ one.axis.position
-        return by_torque * one.cascade.forward(s)
-
-    falls = crossings(lambda f: np.abs(followed(f)) - EDGE, grid)
-    turns = [f for f in crossings(lambda f: followed(f).real, grid) if followed(np.array([f]))[0].imag < 0]
+    falls = crossings(lambda f: np.abs(one.followed(f)) - EDGE, grid)
+    turns = [f for f in crossings(lambda f: one.followed(f).real, grid) if one.followed(np.array([f]))[0].imag < 0]
     return min(falls, default=np.inf), min(turns, default=np.inf)
 
 
-def _compliance(plant: Plant, loop: ClosedLoop, cascades: Sequence[Cascade], name: str) -> Compliance:
-    row = plant.linear.Cq[plant.linear.outputs.index(" ".join(name.split()))]
+def _compliance(
+    plant: Plant, loop: ClosedLoop, cascades: Sequence[Cascade], name: str, frequencies: Array
+) -> Compliance:
+    row = position_row(plant.linear, name)
     (signal,) = outputs(plant.linear.motion.given, [name])
     turns = isinstance(signal, FrameSignal) and signal.component > 2
 
     def magnitude(f: Array) -> Array:
-        s = laplace(f)
-        moved = plant.moved(s, cascades, row[:, None])[:, :, 0]
-        found: Array = np.abs(moved @ row)
+        found: Array = np.abs(plant.response(laplace(f), cascades, row, row))
         return found
 
-    grid = loops_of(plant, cascades)[0].frequencies
-    lowest, frequency = least(lambda f: -magnitude(f), grid)
+    lowest, frequency = least(lambda f: -magnitude(f), frequencies)
     return Compliance(name, loop.static_compliance(row, row), -lowest, frequency, "rad/(N m)" if turns else "m/N")

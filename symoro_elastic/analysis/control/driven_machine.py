@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
-from symoro_elastic.analysis.control.plant import Axis, Plant
+from symoro_elastic.analysis.control.plant import Axis, Plant, position_row
 from symoro_elastic.analysis.control.tuning import Distances, tuned
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize
 from symoro_elastic.analysis.vibration.modes import damped_poles
@@ -113,7 +113,7 @@ def _position(linear: Linearization, motor: str, velocity: Array, drive: Drive) 
     """Return the row of a controlled position, over what it changes with the motor where springs do not deflect."""
     if drive.measured == MOTOR:
         return velocity
-    row = linear.Cq[linear.outputs.index(" ".join(drive.measured.split()))]
+    row = position_row(linear, drive.measured)
     ratio = float(row @ velocity) / float(velocity @ velocity)
     if abs(ratio) <= 1e-9 * np.abs(row).max(initial=0.0):
         what = f"{drive.measured} does not move with {motor} here: name a position behind it"

@@ -20,7 +20,7 @@ import numpy as np
 from symoro_elastic.analysis.control.cascade import Cascade, laplace
 from symoro_elastic.analysis.control.driven_machine import States, driven_machine
 from symoro_elastic.analysis.control.loops import OpenAxis, least, mechanical_names
-from symoro_elastic.analysis.control.plant import Plant, response_slopes
+from symoro_elastic.analysis.control.plant import Plant, position_row, response_slopes
 from symoro_elastic.analysis.control.tuning import USUAL, Distances
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
@@ -152,16 +152,12 @@ class _Tool:
     def rows(self) -> tuple[Array, Array]:
         """Rows (n,) of the direction of the force and of the thickness."""
         linear = self.plant.linear
-        names = (self.cut.direction, self.cut.thickness)
-        direction, thickness = (linear.Cq[linear.outputs.index(" ".join(name.split()))] for name in names)
-        return direction, thickness
+        return position_row(linear, self.cut.direction), position_row(linear, self.cut.thickness)
 
     def response(self, frequencies: Array) -> ComplexArray:
         """Return Phi at frequencies in Hz."""
         direction, thickness = self.rows
-        moved = self.plant.moved(laplace(frequencies), self.cascades, direction[:, None])[:, :, 0]
-        found: ComplexArray = moved @ thickness
-        return found
+        return self.plant.response(laplace(frequencies), self.cascades, thickness, direction)
 
     def limit(self, tried: Array, known: ComplexArray, period: float) -> tuple[float, float]:
         """Return the least depth and the frequency of its waves for a tooth in each period, s.

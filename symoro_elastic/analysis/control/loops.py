@@ -140,12 +140,23 @@ class AxisLoops:
         C = self.cascade.controller(s)
         return np.ones_like(s), C * G_p / (1 + C * s * G_v)
 
+    def velocity_loop(self, frequencies: Array) -> ComplexArray:
+        """Return the open velocity loop at frequencies in Hz."""
+        return self.cascade.Kp * self.terms_of_Kp(frequencies)[1]
+
+    def position_loop(self, frequencies: Array) -> ComplexArray:
+        """Return the open position loop at frequencies in Hz."""
+        return self.cascade.Kv * self.terms_of_Kv(frequencies)[1]
+
     def open_loops(self, frequencies: Array) -> dict[str, ComplexArray]:
-        """Return the open loops at frequencies in Hz, by name."""
-        return {
-            "velocity": self.cascade.Kp * self.terms_of_Kp(frequencies)[1],
-            "position": self.cascade.Kv * self.terms_of_Kv(frequencies)[1],
-        }
+        """Return both open loops at frequencies in Hz, by name."""
+        return {"velocity": self.velocity_loop(frequencies), "position": self.position_loop(frequencies)}
+
+    def followed(self, frequencies: Array) -> ComplexArray:
+        """Return the controlled position by its set point, all loops closed, at frequencies in Hz."""
+        s, G_p, G_v = self.responses(frequencies)
+        closed = 1 + self.cascade.controller(s) * (self.cascade.Kv * G_p + s * G_v)
+        return G_p / closed * self.cascade.forward(s)
 
     def is_stable(self, **gains: float) -> bool:
         """Whether the loops are, with some gains; positions that no loop holds are free, and do not count."""

@@ -75,6 +75,11 @@ class Plant:
             found[part] = N @ np.linalg.solve(Z, (N.T @ forces).astype(complex)[None])
         return found
 
+    def response(self, s: ComplexArray, closed: Sequence[Cascade], row: Array, force: Array) -> ComplexArray:
+        """Return row Z^-1 force (frequencies,) with some loops closed."""
+        found: ComplexArray = self.moved(s, closed, force[:, None])[:, :, 0] @ row
+        return found
+
     def axis_responses(
         self, s: ComplexArray, motor: str, closed: Sequence[Cascade]
     ) -> tuple[ComplexArray, ComplexArray]:
@@ -82,6 +87,12 @@ class Plant:
         axis = self.axes[motor]
         moved = self.moved(s, closed, axis.velocity[:, None])[:, :, 0]
         return moved @ axis.position, moved @ axis.velocity
+
+
+def position_row(linear: Linearization, name: str) -> Array:
+    """Return the row (n,) of an output that is a position, by its name."""
+    row: Array = linear.Cq[linear.outputs.index(" ".join(name.split()))]
+    return row
 
 
 def response_slopes(

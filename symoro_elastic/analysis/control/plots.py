@@ -10,6 +10,7 @@ from symoro_elastic.analysis.control.cascade import laplace
 from symoro_elastic.analysis.control.control import Control
 from symoro_elastic.analysis.control.lobes import Lobes
 from symoro_elastic.analysis.control.loops import AxisLoops, loops_of
+from symoro_elastic.analysis.control.plant import position_row
 from symoro_elastic.analysis.control.views import place_text
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.pictures import new_figure
@@ -121,9 +122,8 @@ def compliances(control: Control) -> Any:
     for k, (plant, place) in enumerate(zip(control.plants, control.places, strict=True)):
         grid = shown(loops_of(plant, control.cascades)[0])
         for i, name in enumerate(names):
-            row = plant.linear.Cq[plant.linear.outputs.index(name)]
-            s = laplace(grid)
-            moved = plant.moved(s, control.cascades, row[:, None])[:, :, 0] @ row
+            row = position_row(plant.linear, name)
+            moved = plant.response(laplace(grid), control.cascades, row, row)
             label = f"{name}, {place_text(place.place)}" if len(control.places) > 1 else name
             if np.abs(moved).any():
                 axis.loglog(grid, np.abs(moved), linewidth=0.9, color=f"C{k % 10}", linestyle=("-", "--", ":")[i % 3],

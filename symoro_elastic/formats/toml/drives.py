@@ -23,7 +23,7 @@ from symoro_elastic.machine.drives import (
     why_wrong,
 )
 from symoro_elastic.machine.formula import ZERO, FormulaError
-from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 
 HEADING = "drives"
@@ -109,7 +109,7 @@ def drives_of(top: Table, machine: Machine) -> Drives:
 
 def _drive(table: Table, name: str, machine: Machine) -> Drive:
     joints = {joint.name: joint for joint in machine.joints}
-    motors = [joint.name for joint in machine.joints if joint.kind is Kind.MOTOR or joint in machine.motor_joints]
+    motors = [joint.name for joint in machine.motor_joints]
     if name not in joints:
         raise InputError(table.source, HEADING, f"no joint {quote(name)}{did_you_mean(name, motors)}")
     if name not in motors:
