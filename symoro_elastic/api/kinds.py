@@ -159,13 +159,11 @@ def band(text: str | None, option: str) -> tuple[float, float, int] | None:
 
     whole = text if text.count(":") > 1 else f"{text}:{POINTS}"
     try:
-        low, high, count = map(number, whole.split(":"))
-        if count != int(count) or count < 1:
-            raise ValueError
+        low, high, count = _low_high_count(whole)
     except ValueError:
         raise InputError(COMMAND, option, f"{text!r}{LOW_HIGH_COUNT}") from None
-    refuse_band(low, high, int(count), COMMAND)
-    return low, high, int(count)
+    refuse_band(low, high, count, COMMAND)
+    return low, high, count
 
 
 def spindle_speeds(text: str | None, option: str) -> tuple[float, float, int] | None:
@@ -173,12 +171,20 @@ def spindle_speeds(text: str | None, option: str) -> tuple[float, float, int] | 
     if text is None:
         return None
     try:
-        low, high, count = map(number, text.split(":"))
-        if not (0 < low <= high and 1 <= count == int(count) <= MOST_SPEEDS):
+        low, high, count = _low_high_count(text)
+        if not 0 < low <= high or count > MOST_SPEEDS:
             raise ValueError
     except ValueError:
         what = f"{LOW_HIGH_COUNT} to {MOST_SPEEDS}, speeds above zero"
         raise InputError(COMMAND, option, f"{text!r}{what}") from None
+    return low, high, count
+
+
+def _low_high_count(text: str) -> tuple[float, float, int]:
+    """Return the numbers of `LOW:HIGH:COUNT`; raises `ValueError` where they are none."""
+    low, high, count = map(number, text.split(":"))
+    if count != int(count) or count < 1:
+        raise ValueError
     return low, high, int(count)
 
 

@@ -42,11 +42,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
-UNDAMPED = 1e-6
-"""Of a pole: a damping ratio below is none."""
 EDGE = 2**-0.5
-BEHIND = np.exp(-0.5j * np.pi)
-"""A phase of -90 degrees."""
 
 
 @dataclass(frozen=True)
