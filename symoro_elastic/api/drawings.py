@@ -22,10 +22,10 @@ from symoro_elastic.foundation.progress import Announce, Progress
 from symoro_elastic.foundation.results import Shown
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.restrict import restrict
-from symoro_elastic.pages.drawing.page import machine_page
+from symoro_elastic.pages.drawing.page import machine_page, page_frame, pages_beside
 from symoro_elastic.pages.drawing.picture_files import write_picture
 from symoro_elastic.pages.drawing.shown import ShownMachine, shown_machine
-from symoro_elastic.pages.drawing.svg import Picture, machine_picture, picture_of, svg
+from symoro_elastic.pages.drawing.svg import Picture, machine_picture, svg
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.simulation.reference_motion import Reference
@@ -66,28 +66,38 @@ class MachinePicture(Shown):
 
 @dataclass(frozen=True, repr=False)
 class MachinePage(Shown):
-    """The page on which a machine moves: one file that needs no network."""
+    """The page on which a machine moves, or machines beside each other: one file that needs no network."""
 
     shown: ShownMachine
+    others: tuple[ShownMachine, ...] = ()
+
+    def beside(self, other: MachinePage) -> MachinePage:
+        """Return the page that shows the machines of another page beside those of this one."""
+        return MachinePage(self.shown, (*self.others, other.shown, *other.others))
 
     @property
     def headline(self) -> str:
         """The machine, its modes and motions."""
-        return f"Page of {self.shown.figure.title}: {len(self.shown.motions)} motions"
+        titles = " and ".join(one.figure.title for one in (self.shown, *self.others))
+        return f"Page of {titles}: {sum(len(one.motions) for one in (self.shown, *self.others))} motions"
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Lines about what is not shown, or shown differently."""
-        return (*self.shown.remarks, *(one.remark for one in self.shown.motions if one.remark))
+        every = (self.shown, *self.others)
+        return tuple(line for one in every for line in (*one.remarks, *(x.remark for x in one.motions if x.remark)))
 
     @cached_property
     def html(self) -> str:
         """The page."""
-        return machine_page(self.shown)
+        if not self.others:
+            return machine_page(self.shown)
+        pages = ((one.figure.title, machine_page(one)) for one in (self.shown, *self.others))
+        return pages_beside([(title, page) for title, page in pages])
 
     def _repr_html_(self) -> str:
-        """Return the picture of the machine: notebooks run no scripts of pages."""
-        return svg(picture_of(self.shown.figure))
+        """Return a frame that holds the page: in a notebook it moves, without a server."""
+        return page_frame(self.html, self.headline)
 
     def write(self, path: str | Path, *, force: bool = False) -> Path:
         """Write the page as .html, and return its path; raises `InputError`."""

@@ -6,7 +6,7 @@ import click
 
 from symoro_elastic.api.options import Reporting, Viewing
 from symoro_elastic.cli.listed import command
-from symoro_elastic.cli.options import MACHINE, OutputFile, OutputPage, call, takes, writes
+from symoro_elastic.cli.options import MACHINE, InputFile, OutputFile, OutputPage, call, takes, writes
 from symoro_elastic.cli.output import staged_progress
 from symoro_elastic.cli.reading import note, read, scene_of
 from symoro_elastic.foundation.file_forms import PAGES
@@ -15,9 +15,10 @@ from symoro_elastic.foundation.file_forms import PAGES
 @command("view")
 @MACHINE
 @click.option("--out", metavar="FILE", type=OutputFile(PAGES), required=True, help="Page to write: .html.")
+@click.option("--beside", metavar="MACHINE", type=InputFile(), help="Machine that is shown beside it.")
 @takes(Viewing)
 @writes
-def view(machine: str, out: str, options: Viewing) -> None:
+def view(machine: str, out: str, beside: str | None, options: Viewing) -> None:
     """Write one file, for any browser, that needs no network.
 
     Bodies as boxes of equal inertia, joints, springs and frames, a slider for each motor, modes that move, and the
@@ -28,8 +29,11 @@ def view(machine: str, out: str, options: Viewing) -> None:
 
     whole = read(machine)
     scene_of(whole, options.scene)
+    other = read(beside) if beside else None
     with staged_progress("predict") as (announce, progress):
         page = call(api.view, whole, options, announce=announce, progress=progress)
+        if other:
+            page = page.beside(call(api.view, other, options, announce=announce, progress=progress))
         html = page.html
     for remark in page.remarks:
         note(remark)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self, TypeVar
 
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import Drives, within_motors
 from symoro_elastic.machine.limits import Limits, within_machine
@@ -45,6 +46,19 @@ class Request:
     wanted: Wanted | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class BodyShape:
+    """What a body looks like: a mesh in a `file`, as the machine's file names it, sized by `scale` (3,).
+
+    `placement` (4, 4) is in the frame of the `joint` that carries the body, "" for frame 0.
+    """
+
+    joint: str
+    placement: Array
+    file: str
+    scale: Array
+
+
 @dataclass(frozen=True)
 class Origin:
     """What a file holds beside mechanics and request, kept so that reading then writing loses nothing.
@@ -52,6 +66,7 @@ class Origin:
     `notes` are remarks of its author, `extras` entries of a format that no model uses. `remarks` say, a line each, what
     the file holds and the machine does not: `checks.check` warns of them. `of_name` says where the machine's name
     comes from unless it is given there. `ungrouped` is the machine before its inertial parameters were grouped.
+    `shapes` are what bodies look like.
     """
 
     notes: tuple[str, ...] = ()
@@ -59,6 +74,7 @@ class Origin:
     remarks: tuple[str, ...] = field(default=(), compare=False)
     of_name: str = field(default="", compare=False)
     ungrouped: Machine | None = field(default=None, compare=False, repr=False)
+    shapes: tuple[BodyShape, ...] = field(default=(), compare=False, repr=False)
 
 
 @dataclass(frozen=True, repr=False)

@@ -44,7 +44,9 @@ def with_valid_names(machine: DescribedMachine, taken: Reasons = NONE) -> Descri
     old = {joint.name: new[j] for j, joint in enumerate(machine.joints)}
     loops = tuple(_loop(loop, k, old, taken) for k, loop in enumerate(machine.loops, start=1))
     limits = replace(machine.limits, joints={old.get(name, name): x for name, x in machine.limits.joints.items()})
-    renamed = replace(machine, name=title, joints=joints, loops=loops, limits=limits)
+    shapes = tuple(replace(shape, joint=old.get(shape.joint, shape.joint)) for shape in machine.origin.shapes)
+    origin = replace(machine.origin, shapes=shapes)
+    renamed = replace(machine, name=title, joints=joints, loops=loops, limits=limits, origin=origin)
     return renamed.with_remarks(*_remarks(changed))
 
 

@@ -11,40 +11,6 @@ function geometryOf(solid) {
   return new THREE.CylinderGeometry(a / 2, a / 2, c, a < 0.01 * c ? 10 : ROUND).rotateX(Math.PI / 2);
 }
 
-class Painted {
-  constructor(data) {
-    this.materials = new Map();
-    this.palettes = data.palettes;
-    this.dark = window.matchMedia("(prefers-color-scheme: dark)");
-  }
-
-  get palette() {
-    return this.dark.matches ? this.palettes.dark : this.palettes.light;
-  }
-
-  fill(role) {
-    const options = role === "body" ? { opacity: 0.24, depthWrite: false } : {};
-    return this._kept(`fill ${role}`, () => new THREE.MeshLambertMaterial({ transparent: true, ...options }));
-  }
-
-  edge(role) {
-    return this._kept(`edge ${role}`, () => new THREE.LineBasicMaterial(
-      { transparent: true, ...(role === "body" ? { opacity: 0.5, depthWrite: false } : { opacity: 0.65 }) }));
-  }
-
-  _kept(name, make) {
-    if (!this.materials.has(name)) this.materials.set(name, make());
-    return this.materials.get(name);
-  }
-
-  repaint() {
-    for (const [name, material] of this.materials) {
-      const [part, role] = name.split(" ");
-      material.color.set(this.palette[part][role] ?? this.palette[role]);
-    }
-  }
-}
-
 // A tube around a line of points; its normals turn with the points around z of the frame.
 class Tube {
   constructor(wire, radius, material) {
@@ -98,9 +64,10 @@ class MachineFigure {
     this.painted = painted;
     this.groups = frames.reference.map(() => Object.assign(new THREE.Group(), { matrixAutoUpdate: false }));
     this.names = new Map(data.marks.map((mark) => [mark.frame, mark.name]));
-    this.layers = { bodies: [], axes: [] };
+    this.layers = { bodies: [], axes: [], meshes: [] };
     this.tubes = [];
     for (const solid of data.solids) this._add(solid);
+    for (const mesh of data.meshes) this._cover(mesh);
     for (const wire of data.wires) this._thread(wire, data.unit);
     this.place(frames.reference);
   }
@@ -117,6 +84,19 @@ class MachineFigure {
       mesh.renderOrder = lines.renderOrder = IN_FRONT;
     }
     this.groups[solid.frame].add(mesh);
+  }
+
+  // The mesh of a body; with meshes, boxes of equal inertia wait until they are asked for.
+  _cover({ frame, points, triangles }) {
+    const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bytes(points)), 3));
+    geometry.setIndex(new THREE.BufferAttribute(new Uint32Array(bytes(triangles)), 1));
+    geometry.computeVertexNormals();
+    const mesh = new THREE.Mesh(geometry, this.painted.fill("mesh"));
+    this.layers.meshes.push(mesh);
+    this.groups[frame].add(mesh);
+    for (const box of this.layers.bodies) box.visible = false;
   }
 
   _thread(wire, unit) {

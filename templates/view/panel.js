@@ -24,10 +24,15 @@ function percent(x) {
   return `${x >= 0.995 || x < 0.0995 ? Math.round(1000 * x) / 10 : Math.round(100 * x)} %`;
 }
 
-// A slider with a name and its value; `moved(x)` says whether x was reached.
-function slider({ name, value, low, high, unit, role = "" }, moved) {
+// A number with its unit, as angles and lengths are read.
+function quantity(x, unit, digits = 4) {
+  if (unit === "rad") return `${figures(x * 180 / Math.PI, digits)}°`;
+  return unit === "m" ? `${figures(1000 * x, digits)} mm` : `${figures(x, digits)} ${unit}`;
+}
+
+// A slider with a name and its value; `moved(x)` says whether x was reached, `text(x)` how it is written.
+function slider({ name, value, low, high, unit, role = "", text = (x) => quantity(x, unit) }, moved) {
   const shown = element("output", {});
-  const text = (x) => (unit === "rad" ? `${figures(x * 180 / Math.PI)}°` : unit === "m" ? `${figures(1000 * x)} mm` : `${figures(x)} ${unit}`);
   const input = element("input", {
     type: "range", min: low, max: high, step: (high - low) / 400, "aria-label": unit ? `${name}, ${unit}` : name,
     oninput: () => { if (!moved(Number(input.value))) input.value = last; show(Number(input.value)); },
@@ -72,7 +77,7 @@ function hertz(mode) {
 // The modes of a set as buttons; `chosen(mode or null)` is told which one moves.
 function modeList(set, chosen) {
   if (set.refused) return element("p", { class: "remark" }, set.refused);
-  const list = element("ol", { class: "modes" });
+  const list = element("ol", { class: "modes" }), still = element("ol", { class: "modes" });
   const detail = element("div", { class: "detail" });
   set.modes.forEach((mode, k) => {
     const most = mode.strain[0] ?? mode.kinetic[0];
@@ -81,7 +86,7 @@ function modeList(set, chosen) {
       element("span", { class: "number" }, String(k + 1)), element("b", {}, hertz(mode)), element("span", { class: "most" }, said));
     one.addEventListener("click", () => {
       const on = one.getAttribute("aria-pressed") !== "true";
-      list.querySelectorAll("button").forEach((other) => other.setAttribute("aria-pressed", "false"));
+      whole.querySelectorAll("ol button").forEach((other) => other.setAttribute("aria-pressed", "false"));
       one.setAttribute("aria-pressed", String(on));
       detail.replaceChildren(...(on ? [
         mode.damping === null ? "" : element("p", {}, `damping ${percent(mode.damping)}`),
@@ -89,8 +94,11 @@ function modeList(set, chosen) {
       one.after(detail);
       chosen(on ? mode : null);
     });
-    list.append(element("li", {}, one));
+    (mode.hertz || mode.growth ? list : still).append(element("li", {}, one));
   });
   const more = set.count > set.modes.length ? element("p", { class: "remark" }, `the lowest ${set.modes.length} of ${set.count}`) : "";
-  return element("div", {}, list, more);
+  const free = still.children.length;
+  const zero = free ? element("details", { open: !list.children.length }, element("summary", {}, `${free} at 0 Hz: without springs`), still) : "";
+  const whole = element("div", {}, list, more, zero);
+  return whole;
 }

@@ -6,21 +6,21 @@ const MOST = 8, FEW = 6;  // motors whose sliders are shown at once; with more o
 
 class Player {
   constructor(data, frames, stage) {
-    Object.assign(this, { data, frames, stage, q: [...data.q], running: null, amplitude: 1 });
+    Object.assign(this, { data, frames, stage, q: [...data.q], running: null, mode: null, amplitude: 1 });
     this.status = document.getElementById("status");
     this.standing = stage ? "" : "This browser shows no WebGL: the picture stands still.";
     this.listeners = [];
   }
 
-  // Move to q; where a loop does not close stay, and say so.
-  place(q) {
+  // Move to q; where a loop does not close stay, and say so. Sliders show where it stands, not a mode drawn larger.
+  place(q, standing = true) {
     const T = this.frames.at(q);
     this.status.textContent = T ? this.standing : "A loop does not close there.";
     if (T) {
-      this.q = [...q];
+      if (standing) this.q = [...q];
       this.stage?.place(T);
       this.stage && (this.stage.canvas.dataset.q = q.map((x) => x.toPrecision(12)).join(" "));
-      for (const listener of this.listeners) listener(this.q);
+      if (standing) for (const listener of this.listeners) listener(this.q);
     }
     return Boolean(T);
   }
@@ -41,6 +41,8 @@ class Player {
   stop() {
     const stopped = this.running;
     this.running = null;
+    this.mode = null;
+    this.enlarged?.();
     stopped?.ended?.();
   }
 
@@ -63,8 +65,10 @@ class Player {
     this.stage?.emphasize(mode.strain);
     this.run((t) => {
       const by = this.amplitude * Math.sin(2 * Math.PI * SLOW * t);
-      this.place(this.data.q.map((x, k) => x + by * mode.shape[k]));
+      this.place(this.data.q.map((x, k) => x + by * mode.shape[k]), false);
     });
+    this.mode = mode;
+    this.enlarged();
   }
 }
 
@@ -81,6 +85,19 @@ function positionSection(player, data) {
   return section("Position", ...first, hidden, others, button("Back to the start", () => player.home()));
 }
 
+const VIBRATION = { m: 1e-4, rad: 1e-4 };  // a motion that modes are compared with, m or rad
+
+function howFar(mode, amplitude) {
+  return mode?.most.far ? `${mode.most.frame} ± ${quantity(amplitude * mode.most.far, mode.most.unit, 3)}` : `× ${figures(amplitude, 3)}`;
+}
+
+// How many times larger a mode is drawn than where the frame that moves most vibrates by 0.1 mm, or 0.1 mrad.
+function howLarge(mode, amplitude) {
+  if (!mode?.most.far) return "";
+  const { frame, far, unit } = mode.most;
+  return `× ${figures(amplitude * far / VIBRATION[unit], 3)} of a vibration of ${frame} by ± ${unit === "m" ? "0.1 mm" : "0.1 mrad"}`;
+}
+
 function modesSection(player, data) {
   const place = element("div", {});
   const choose = (set, pressed) => {
@@ -91,16 +108,21 @@ function modesSection(player, data) {
   const tabs = element("div", { class: "tabs", role: "group", "aria-label": "Which modes" });
   for (const set of data.modes) tabs.append(button(set.title, (event) => choose(set, event.currentTarget), { "aria-pressed": "false" }));
   const first = data.modes.findIndex((set) => !set.refused);
-  const amplitude = slider({ name: "amplitude", value: 1, low: 0, high: 3, unit: "" }, (x) => { player.amplitude = x; return true; });
-  const made = section("Modes", data.modes.length > 1 ? tabs : "", place, amplitude);
+  const amplitude = slider({ name: "amplitude", value: 1, low: 0, high: 3, unit: "", text: (x) => howFar(player.mode, x) },
+    (x) => { player.amplitude = x; player.enlarged(); return true; });
+  const scale = element("p", { class: "remark" });
+  player.enlarged = () => { amplitude.show(player.amplitude); scale.textContent = howLarge(player.mode, player.amplitude); };
+  const made = section("Modes", data.modes.length > 1 ? tabs : "", place, amplitude, scale);
   choose(data.modes[Math.max(0, first)], tabs.children[Math.max(0, first)]);
   return made;
 }
 
-function showSection(stage, legend) {
+function showSection(stage, data) {
   const layer = (name) => (on) => { stage.figure.layers[name].forEach((mesh) => (mesh.visible = on)); stage.request(); };
   const names = (on) => { stage.named = on; stage.labels.svg.classList.toggle("hidden", !on); stage.request(); };
   return section("Show", element("div", { class: "checks" },
-    check("bodies of equal inertia", true, layer("bodies")), check("axes x y z", true, layer("axes")), check("names", stage.named, names)),
-    element("p", { class: "legend" }, ...legend.map(([role, text]) => element("span", { class: `key ${role}` }, text))));
+    check("bodies of equal inertia", !data.meshes.length, layer("bodies")),
+    ...(data.meshes.length ? [check("meshes", true, layer("meshes"))] : []), check("axes x y z", true, layer("axes")), check("names", stage.named, names),
+    ...(stage.ground ? [check(stage.ground.label, true, (on) => { stage.ground.group.visible = on; stage.request(); })] : [])),
+    element("p", { class: "legend" }, ...data.legend.map(([role, text]) => element("span", { class: `key ${role}` }, text))));
 }

@@ -10,6 +10,7 @@ class Stage {
     this.canvas = canvas;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.space = new THREE.Scene();
+    this.room = data.room.map((corner) => new THREE.Vector3(...corner));
     this.painted = new Painted(data);
     this.figure = new MachineFigure(data, frames, this.painted);
     this.paths = new THREE.Group();
@@ -17,7 +18,9 @@ class Stage {
     const light = new THREE.DirectionalLight(0xffffff, 1.5);
     light.position.set(-0.5, 1, 1.2);
     this.eye.camera.add(light);
-    this.space.add(...this.figure.groups, this.paths, this.eye.camera, new THREE.HemisphereLight(0xffffff, 0x9aa4b4, 2.5));
+    this.ground = data.stands ? new Ground(data, this.figure, this.painted) : null;
+    this.ruler = new Ruler(this.figure, this.painted);
+    this.space.add(...this.figure.groups, this.paths, this.ruler.line, ...(this.ground ? [this.ground.group] : []), this.eye.camera, new THREE.HemisphereLight(0xffffff, 0x9aa4b4, 2.5));
     this.labels = new Labels(labels, data.marks);
     this.named = !data.crowded;
     this.painted.dark.addEventListener("change", () => this.repaint());
@@ -37,7 +40,7 @@ class Stage {
     if (!this.asked) this.asked = requestAnimationFrame(() => this.render());
   }
 
-  // Corners of the boxes around all shapes.
+  // Corners of the boxes around all shapes; bodies count as far as they are in the room of the machine.
   _corners() {
     const found = [];
     this.space.updateMatrixWorld(true);
@@ -46,8 +49,10 @@ class Stage {
         if (!one.isMesh) return;
         one.geometry.computeBoundingBox();
         const { min, max } = one.geometry.boundingBox;
-        for (const x of [min.x, max.x]) for (const y of [min.y, max.y]) for (const z of [min.z, max.z])
-          found.push(new THREE.Vector3(x, y, z).applyMatrix4(one.matrixWorld));
+        for (const x of [min.x, max.x]) for (const y of [min.y, max.y]) for (const z of [min.z, max.z]) {
+          const corner = new THREE.Vector3(x, y, z).applyMatrix4(one.matrixWorld);
+          found.push(this.figure.layers.bodies.includes(one) ? corner.clamp(...this.room) : corner);
+        }
       });
     return found;
   }
@@ -71,6 +76,7 @@ class Stage {
     this.renderer.render(this.space, camera);
     if (this.named) this._name();
     const seen = camera.projectionMatrix.clone().multiply(camera.matrixWorldInverse);
+    this.rendered?.();
     this.canvas.dataset.camera = seen.transpose().elements.map((x) => x.toPrecision(9)).join(" ");
   }
 
@@ -86,6 +92,8 @@ class Stage {
 
   place(T) {
     this.figure.place(T);
+    this.ground?.place(T);
+    this.ruler.place();
     this.request();
   }
 

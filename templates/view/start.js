@@ -17,8 +17,13 @@ function start() {
   if (data.joints.length) sections.append(positionSection(player, data));
   if (data.modes.length) sections.append(modesSection(player, data));
   data.motions.forEach((motion) => sections.append(motionSection(player, data, motion)));
-  sections.append(showSection(stage, data.legend));
+  if (data.marks.length > 1) sections.append(measureSection(stage, data));
+  sections.append(showSection(stage, data));
+  sections.append(recordSection(stage, player, data));
   document.getElementById("views").append(...Object.keys(SIDES_SEEN).map((name) => button(name, () => stage.eye.look(name))));
+  const hint = document.getElementById("hint");
+  canvas.addEventListener("pointerup", () => { hint.hidden = true; }, { once: true });
+  keepAddress(stage, player, data);
 }
 
 // The machine in space in the place of its picture; null, and the picture stays, where there is no WebGL.

@@ -13,7 +13,7 @@ import sysconfig
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -68,7 +68,12 @@ def listened(name: str, page: Any, file: Path) -> Opened:
     opened = Opened(name, page, [])
     page.on("console", lambda m: opened.expect(m.type != "error", f"console: {m.text[:200]}"))
     page.on("pageerror", lambda error: opened.wrong.append(f"script: {str(error)[:200]}"))
-    page.on("request", lambda r: opened.expect(r.url == file.as_uri(), f"request of {r.url[:80]}"))
+    page.on(
+        "request",
+        lambda r: opened.expect(
+            r.url.split("#")[0] == file.as_uri() or r.url.startswith("blob:"), f"request of {r.url[:80]}"
+        ),
+    )
     page.goto(file.as_uri())
     page.wait_for_selector("#space[data-camera]", state="attached")
     return opened
@@ -130,6 +135,35 @@ def check_page(opened: Opened, machine: Path, folder: Path, size: str) -> Iterat
         opened.expect(all(seen), f"{seen.count(False)} frames are outside of the window in the motion")
         page.screenshot(path=folder / f"{opened.name}.{size}.motion.png", full_page=tall)
     page.get_by_role("button", name="Top").click()
+    check_tools(opened)
+
+
+def check_tools(opened: Opened) -> None:
+    """Measure between two frames, record a second, and open the page again where its address says it stands."""
+    page = opened.page
+    selects = page.locator("select[aria-label^=Measure]")
+    if selects.count():
+        for k in range(2):
+            selects.nth(k).select_option(index=k + 1)
+        opened.expect("mm" in page.locator(".measured").inner_text(), "nothing is measured")
+    record = page.get_by_role("button", name="Record what moves")
+    if record.count():
+        record.click()
+        page.locator("#space").focus()
+        for _ in range(8):
+            page.keyboard.press("ArrowLeft")
+            page.wait_for_timeout(60)
+        with page.expect_download() as saved:
+            page.get_by_role("button", name="End").click()
+        opened.expect(Path(saved.value.path()).stat().st_size > 5000, "the video is empty")
+    page.wait_for_timeout(400)
+    camera = page.locator("#space").get_attribute("data-camera")
+    page.reload()
+    page.wait_for_selector("#space[data-camera]", state="attached")
+    page.wait_for_timeout(200)
+    again = page.locator("#space").get_attribute("data-camera")
+    far = max(abs(float(x) - float(y)) for x, y in zip(camera.split(), again.split(), strict=True))
+    opened.expect(far < 1e-3, f"the address brings another view: {far:.2g}")
 
 
 def main(folder: Path, names: list[str]) -> int:
@@ -149,7 +183,7 @@ def main(folder: Path, names: list[str]) -> int:
                 print(f"{name}: {made.err}")
                 return 1
             for size, (width, height) in SIZES.items():
-                scheme = "dark" if size == "phone" else "light"
+                scheme: Literal["dark", "light"] = "dark" if size == "phone" else "light"
                 context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
                 opened = listened(name, context.new_page(), file)
                 far = list(check_page(opened, Path(str(machine)), folder, size))

@@ -37,7 +37,7 @@ from symoro_elastic.formats.robots.robot import (
 )
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.described import DescribedMachine, Origin
+from symoro_elastic.machine.described import BodyShape, DescribedMachine, Origin
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.limits import Limits, within_machine
 from symoro_elastic.machine.machine import Base, Body, Closing, Floating, Friction, Joint, Kind, Loop, Spring, Vector3
@@ -123,7 +123,7 @@ class _Builder:
             base=Base(gravity=_vector(description.gravity)),
             floating=Floating(body=self._body_on(None)) if self.tree.floating else None,
             source=self.source,
-            origin=Origin(remarks=(*description.remarks, *self._remarks())),
+            origin=Origin(remarks=(*description.remarks, *self._remarks()), shapes=tuple(self._shapes())),
         )
         limits = within_machine(Limits({joint.name: joint.limits for joint in self.tree.moving}), machine)
         return with_springs_beside(replace(machine, loops=tuple(self._loops(machine)), limits=limits))
@@ -280,6 +280,16 @@ class _Builder:
         into = self._frame_of(joint).inverse
         links = [(link, into * place) for link, place in self.tree.links_on(joint)]
         return body_of(links, self.tolerance.length, self.snap)
+
+    def _shapes(self) -> Iterator[BodyShape]:
+        """What the bodies look like, in the frames of the table."""
+        for joint in (None, *self.tree.moving):
+            into = self._frame_of(joint).inverse
+            for link, place in self.tree.links_on(joint):
+                for mesh in link.meshes:
+                    at, T = into * place * mesh.placement, np.eye(4)
+                    T[:3, :3], T[:3, 3] = at.rotation, at.translation
+                    yield BodyShape(joint.name if joint else "", T, mesh.file, mesh.scale)
 
     def _following(self, row: Joint) -> Joint:
         """The row, a coupled one with the formula of the variable that it follows."""

@@ -49,10 +49,19 @@ class Placement:
 
 
 @dataclass(frozen=True, eq=False)
+class LinkMesh:
+    """The mesh of a link: its file, as the robot's file names it, its size by `scale` (3,), where it is on the link."""
+
+    file: str
+    scale: Array
+    placement: Placement
+
+
+@dataclass(frozen=True, eq=False)
 class Link:
     """A rigid link: mass, kg; its center (3,), m, and inertia about it (3, 3), kg m2, in axes of the link's frame.
 
-    `frame_only` says that the file gives no inertia.
+    `frame_only` says that the file gives no inertia; `meshes` are what it looks like.
     """
 
     name: str
@@ -60,6 +69,7 @@ class Link:
     center: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     frame_only: bool = True
+    meshes: tuple[LinkMesh, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -153,8 +163,10 @@ def refuse_out_of_range(description: Description, source: str) -> None:
 
 
 def _numbers(part: Any) -> Iterator[tuple[str, Array]]:
-    """Yield the numbers of a link, a joint or a connection by the name of the field."""
+    """Yield the numbers of a link, a joint or a connection by the name of the field; meshes are no part of models."""
     for key in fields(part):
+        if key.name == "meshes":
+            continue
         value = getattr(part, key.name)
         if isinstance(value, Placement | Mimicked):
             yield from ((key.name, number) for _, number in _numbers(value))

@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from symoro_elastic.formats.files import name_of
-from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Mimicked, Placement
+from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, LinkMesh, Mimicked, Placement
 from symoro_elastic.formats.robots.xml_text import numbers, root_element
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -81,15 +81,29 @@ def _link(link: Element, source: str) -> Link:
     name = _name(link, source)
     place = f"link {quote(name)}"
     inertial = link.find("inertial")
+    meshes = tuple(_meshes(link, source, place))
     if inertial is None:
-        return Link(name)
+        return Link(name, meshes=meshes)
     (mass,) = numbers(_child(inertial, "mass", source, place), "value", None, 1, source, place)
     if mass < 0:
         raise InputError(source, place, f"its mass is negative: {mass:g}")
     tensor = _child(inertial, "inertia", source, place)
     inertia = np.array([[_entry(tensor, key, source, place) for key in row] for row in ENTRIES])
     origin = _origin(inertial, source, place)
-    return Link(name, mass, origin.translation, origin.rotation @ inertia @ origin.rotation.T, frame_only=False)
+    return Link(name, mass, origin.translation, origin.rotation @ inertia @ origin.rotation.T, False, meshes)
+
+
+def _meshes(link: Element, source: str, place: str) -> Iterator[LinkMesh]:
+    """The meshes that a link looks like, by name: no file is opened. One with numbers that are none is left out."""
+    for visual in link.findall("visual"):
+        mesh = visual.find("geometry/mesh")
+        if mesh is None or not mesh.get("filename"):
+            continue
+        try:
+            scale = np.array(numbers(mesh, "scale", "1 1 1", 3, source, place))
+            yield LinkMesh(mesh.get("filename", ""), scale, _origin(visual, source, place))
+        except InputError:
+            continue
 
 
 def _entry(tensor: Element, key: str, source: str, place: str) -> float:
@@ -229,7 +243,7 @@ def _link_of(joint: Element, role: str, source: str, place: str) -> str:
 def _remarks(robot: Element) -> Iterator[str]:
     """What the file holds and the model does not."""
     if any(True for _ in robot.iter("mesh")):
-        yield "meshes, package:// and others, are not read: a model needs masses, not shapes"
+        yield "meshes, package:// and others, are not read: a model needs masses; view draws those it finds"
     others = dict.fromkeys(e.tag for e in robot if e.tag not in MODELLED | WITHOUT_EFFECT)
     if others:
         yield f"elements that URDF does not define are not read: {list_of_names(others)}"

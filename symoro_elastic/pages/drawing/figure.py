@@ -31,6 +31,8 @@ UNIT, SHARE, LEAST = 0.02, 0.2, 0.004
 """The unit of the shapes of joints: this much of the extent, at most so much of a usual link, at least so much."""
 THIN = 0.8
 """Of the unit: the least edge of a body that is drawn."""
+NEAR = 0.25
+"""Of the diagonal around all origins: how far around them bodies count, so that a long bed hides no machine."""
 LARGEST = 1e6
 """Of the extent, m."""
 MOST_NAMED = 150
@@ -52,8 +54,9 @@ class Figure:
     """A machine to be drawn: shapes fixed to frames 0 (the base) and 1 to the number of rows, as it stands.
 
     `reference` (1 + rows, 4, 4) are the placements it was made at, `antecedents` and `slides` those of each frame,
-    `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `remarks` are
-    lines about what is not shown as it is.
+    `up` (3,) is against gravity, `extent` the size of the machine and `unit` that of a joint, m. `room` (2, 3) are the
+    corners, lowest and highest, of the space that a picture shows: bodies may be larger. `remarks` are lines about what
+    is not shown as it is.
     """
 
     title: str
@@ -65,6 +68,7 @@ class Figure:
     up: Array
     extent: float
     unit: float
+    room: Array
     remarks: tuple[str, ...] = ()
 
     @property
@@ -88,7 +92,8 @@ def figure_of(placements: Placements, q: Array) -> Figure:
     machine, T = placements.machine, placements.at(q)
     values = parameter_values(machine)
     boxes = {} if machine.is_grouped else _boxes(machine, values)
-    extent = _extent(machine, T, boxes)
+    room = _room(machine, T, boxes)
+    extent = _extent(room)
     unit, up = _unit(machine, T, extent), upward(machine, values)
     shapes: list[Solid | Wire] = [] if _floats(machine) else list(base_shapes(up, unit))
     for j, joint in _numbered(machine):
@@ -105,6 +110,7 @@ def figure_of(placements: Placements, q: Array) -> Figure:
         up,
         extent,
         unit,
+        room,
         tuple(_remarks(placements, boxes)),
     )
 
@@ -162,17 +168,30 @@ def _marks(machine: Machine) -> Iterator[Mark]:
             yield Mark(j, joint.name, joint.kind)
 
 
-def _extent(machine: Machine, T: Array, boxes: Mapping[int, Box]) -> float:
-    """Return the diagonal of the space around all origins and bodies, m; 1 where all is in one point."""
-    points = [T[:, :3, 3]]
+def _room(machine: Machine, T: Array, boxes: Mapping[int, Box]) -> Array:
+    """Return the corners (2, 3) of the space around all origins, and around bodies as far as they are near them."""
+    origins = T[:, :3, 3]
+    points = [origins]
     for j, box in boxes.items():
         centred = T[j] @ box.placement
         points.append((CORNERS * box.edges) @ centred[:3, :3].T + centred[:3, 3])
-    spread = np.ptp(np.concatenate(points), axis=0)
-    extent = math.hypot(*spread.tolist())
-    if not extent <= LARGEST:
-        what = f"the machine is {extent:.3g} m large: {LARGEST:g} m is the largest that is drawn: check units"
+    around = _corners(np.concatenate(points))
+    size = float(np.linalg.norm(around[1] - around[0]))
+    if not size <= LARGEST:
+        what = f"the machine is {size:.3g} m large: {LARGEST:g} m is the largest that is drawn: check units"
         raise InputError(machine.label, "joints", what)
+    low, high = _corners(origins)
+    aside = NEAR * float(np.linalg.norm(high - low))
+    return np.clip(around, low - aside, high + aside) if aside > 0 else around
+
+
+def _corners(points: Array) -> Array:
+    return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+def _extent(room: Array) -> float:
+    """Return the diagonal of a space, m; 1 where all is in one point."""
+    extent = float(np.linalg.norm(room[1] - room[0]))
     return extent if extent > 1 / LARGEST else 1.0
 
 

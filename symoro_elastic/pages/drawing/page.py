@@ -9,7 +9,8 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from html import escape
 from typing import Any
 
 from symoro_elastic.codegen.javascript import javascript_function
@@ -32,18 +33,25 @@ SCRIPTS = (
     "vendor/three.min.js",
     "space.js",
     "frames.js",
+    "paint.js",
     "figure.js",
     "labels.js",
     "camera.js",
+    "ground.js",
+    "measure.js",
     "stage.js",
     "panel.js",
     "play.js",
     "motion.js",
+    "record.js",
+    "address.js",
     "start.js",
 )
 """Scripts of the page in their order, each in a script element of its own."""
 TURN = 3.142
 """To each side of a slider of a joint that turns, rad."""
+FRAME_HEIGHT = 560
+"""Of a page inside another one, px."""
 RUN = re.compile(r"<(script|style)>(.*?)</\1>", re.DOTALL)
 
 
@@ -77,19 +85,38 @@ def page_data(shown: ShownMachine) -> dict[str, Any]:
         "antecedents": list(figure.antecedents),
         "slides": list(figure.slides),
         "solids": [_solid(solid) for solid in figure.solids],
+        "meshes": [mesh.data for mesh in shown.meshes[0]],
         "wires": [_wire(wire) for wire in figure.wires],
         "extent": round_significant(figure.extent),
         "unit": round_significant(figure.unit),
+        "room": [round_significant(corner) for corner in figure.room],
         "up": round_significant(figure.up),
         "view": round_significant(view_of(figure).axes),
         "q": round_significant(shown.q, 15),
         "dependent": round_significant(dependent, 15) if len(dependent) else None,
         "joints": [_joint(machine, j, x, figure) for j, x in zip(machine.independent, shown.q, strict=True)],
         "leaves": _leaves(machine),
+        "stands": not machine.degrees_of_base,
         "modes": [modes_data(one, figure.extent) for one in shown.modes],
         "motions": motions_data(shown.motions),
         "palettes": {"light": _colours(LIGHT), "dark": _colours(DARK)},
     }
+
+
+def page_frame(page: str, title: str) -> str:
+    """Return an element that shows a page inside another one, where it runs its own scripts only."""
+    allowed = "allow-scripts allow-downloads"
+    return (
+        f'<iframe title="{escape(title)}" srcdoc="{escape(page)}" sandbox="{allowed}" '
+        f'style="width: 100%; height: {FRAME_HEIGHT}px; border: 0"></iframe>'
+    )
+
+
+def pages_beside(pages: Sequence[tuple[str, str]]) -> str:
+    """Return one page that shows pages of machines, each with its title, side by side: each moves by itself."""
+    frames = [(escape(title), escape(page)) for title, page in pages]
+    whole = render("view/beside.html.j2", frames=frames)
+    return whole.replace("POLICY", _policy("".join([whole, *(page for _, page in pages)])), 1)
 
 
 def as_json(data: Mapping[str, Any]) -> str:

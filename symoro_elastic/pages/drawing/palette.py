@@ -44,6 +44,7 @@ LIGHT = Palette(
     -0.45,
     {
         "body": "#8fa9bf",
+        "mesh": "#b9c3cb",
         "motor": "#1f6fb2",
         "elastic": "#dd7418",
         "passive": "#9aa2a8",
@@ -65,6 +66,7 @@ DARK = Palette(
     0.3,
     {
         "body": "#5f7d96",
+        "mesh": "#7d8a94",
         "motor": "#4a9fe0",
         "elastic": "#f2994a",
         "passive": "#87919a",

@@ -67,6 +67,18 @@ class Projection:
         found = [part for shape in self.figure.shapes for part in self._drawn(shape)]
         return sorted(found, key=lambda part: (part.layer, round(part.near, 9)))
 
+    @cached_property
+    def outline(self) -> Array:
+        """Points (N, 2) m around what a picture shows: all shapes, of bodies what is within the room."""
+        found = [part.points for part in self.back_to_front if part.role != BODY]
+        low, high = self.figure.room
+        for solid in self.figure.solids:
+            if solid.role == BODY:
+                centred = self.T[solid.frame] @ solid.placement
+                corners = (CORNERS * np.array(solid.size)) @ centred[:3, :3].T + centred[:3, 3]
+                found.append(self.view.of(np.clip(corners, low, high))[:, :2])
+        return np.concatenate(found)
+
     def anchors(self) -> Array:
         """Return where the origins of the frames with names are, (N, 2) m."""
         return self.view.of(self.T[[mark.frame for mark in self.figure.marks], :3, 3])[:, :2]

@@ -13,6 +13,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.pages.drawing.figure import Figure, figure_of
+from symoro_elastic.pages.drawing.meshes import Mesh, meshes_of
 from symoro_elastic.pages.drawing.motions import Played
 from symoro_elastic.pages.drawing.placements import Placements, placements_of
 from symoro_elastic.pages.drawing.vibrations import ModeSet, mode_sets
@@ -32,6 +33,11 @@ class ShownMachine:
     missing: Sequence[str] = ()
 
     @cached_property
+    def meshes(self) -> tuple[list[Mesh], list[str]]:
+        """Meshes of bodies that lie beside the file, and lines about those that do not."""
+        return meshes_of(self.placements.machine)
+
+    @cached_property
     def figure(self) -> Figure:
         """The figure of the machine where it stands."""
         return figure_of(self.placements, self.q)
@@ -39,7 +45,7 @@ class ShownMachine:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Lines about what is not shown, or shown differently."""
-        return (*self.figure.remarks, *self.missing)
+        return (*self.figure.remarks, *self.meshes[1], *self.missing)
 
 
 def shown_machine(machine: Machine, at: Mapping[str, float], motions: Sequence[Played] = ()) -> ShownMachine:

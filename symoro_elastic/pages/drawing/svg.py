@@ -63,15 +63,14 @@ class Picture:
 def picture_of(figure: Figure, T: Array | None = None) -> Picture:
     """Return the picture of a machine with its frames at placements T (1 + rows, 4, 4), else as the figure has them."""
     projection = Projection(figure, figure.reference if T is None else T, view_of(figure))
-    everything = np.concatenate([part.points for part in projection.back_to_front])
-    low, spread = everything.min(axis=0), np.ptp(everything, axis=0)
+    low, spread = projection.outline.min(axis=0), np.ptp(projection.outline, axis=0)
     scale = float(min(WIDTH / max(spread[0], 1e-12), HEIGHT_MOST / max(spread[1], 1e-12)))
     drawn = [_scaled(part, low, scale) for part in projection.back_to_front]
     boxes = np.array([[*part.points.min(axis=0), *part.points.max(axis=0)] for part in drawn if _is_in_the_way(part)])
     anchors = (projection.anchors() - low) * scale
     names = [] if figure.is_crowded else [mark.name for mark in figure.marks]
     labels = place_labels(names, anchors, boxes.reshape(-1, 4))
-    return Picture(drawn, labels, _edges(drawn, labels), figure)
+    return Picture(drawn, labels, _edges((projection.outline - low) * scale, labels), figure)
 
 
 def legend_of(roles: Collection[str]) -> list[tuple[str, str]]:
@@ -94,6 +93,7 @@ def svg(picture: Picture, dark: bool = True) -> str:
     It follows the colours that a reader prefers; without `dark` it is for light paper only.
     """
     left, top, right, bottom = picture.box
+    paper = tuple(_text(x) for x in (left, top, right - left, bottom - top))
     legend = _legend(picture.legend, left, bottom)
     remarks = picture.figure.remarks
     bottom += MARGIN + 20 * len(legend[1]) + 16 * len(remarks)
@@ -102,6 +102,7 @@ def svg(picture: Picture, dark: bool = True) -> str:
         title=escape(f"Machine {picture.figure.title}: {joint_counts(picture.figure)}"),
         box=" ".join(_text(x) for x in (left, top, right - left, bottom - top)),
         size=(_text(right - left), _text(bottom - top)),
+        paper=paper,
         light=_style(picture, dark=False),
         dark=_style(picture, dark=True) if dark else [],
         shapes=[_shape(part) for part in picture.drawn],
@@ -142,9 +143,8 @@ def _is_in_the_way(part: Drawn) -> bool:
     return part.role not in (BODY, "base", *AXES)
 
 
-def _edges(drawn: Sequence[Drawn], labels: Sequence[Label]) -> tuple[float, float, float, float]:
-    corners = [part.points for part in drawn] + [np.array(label.box).reshape(2, 2) for label in labels]
-    everything = np.concatenate(corners)
+def _edges(outline: Array, labels: Sequence[Label]) -> tuple[float, float, float, float]:
+    everything = np.concatenate([outline, *(np.array(label.box).reshape(2, 2) for label in labels)])
     (left, top), (right, bottom) = everything.min(axis=0) - MARGIN, everything.max(axis=0) + MARGIN
     return float(left), float(top), float(right), float(bottom)
 

@@ -61,7 +61,7 @@ def modes_data(one: ModeSet, extent: float) -> dict[str, Any]:
         "title": one.title,
         "refused": "",
         "count": len(modal.eigenvalues),
-        "modes": [_mode(modal, k, _amplitude(seen[:, :, k], extent), strain, kinetic) for k in shown],
+        "modes": [_mode(modal, k, seen[:, :, k], _amplitude(seen[:, :, k], extent), strain, kinetic) for k in shown],
     }
 
 
@@ -73,7 +73,7 @@ def full_shape(modal: Modes, k: int, extent: float) -> Array:
     return shape
 
 
-def _mode(modal: Modes, k: int, amplitude: float, strain: Shares, kinetic: Shares) -> dict[str, Any]:
+def _mode(modal: Modes, k: int, seen: Array, amplitude: float, strain: Shares, kinetic: Shares) -> dict[str, Any]:
     shape = np.zeros(len(modal.linear.state.q))
     shape[list(modal.linear.kept)] = modal.shapes[:, k] * amplitude
     ratio = float(modal.damping_ratios[k])
@@ -82,9 +82,20 @@ def _mode(modal: Modes, k: int, amplitude: float, strain: Shares, kinetic: Share
         "growth": round_significant(modal.growth[k]),
         "damping": None if math.isnan(ratio) else round_significant(ratio),
         "shape": round_significant(shape),
+        "most": _most(modal, seen * amplitude),
         "strain": _largest(strain, k),
         "kinetic": _largest(kinetic, k),
     }
+
+
+def _most(modal: Modes, seen: Array) -> dict[str, Any]:
+    """The frame that moves most at full amplitude, and how far, m; where none moves, the one that turns most, rad."""
+    names = [joint.name for joint in modal.linear.motion.machine.joints]
+    for unit, columns in (("m", seen[:, :3]), ("rad", seen[:, 3:])):
+        far = np.linalg.norm(columns, axis=1)
+        if far.max(initial=0.0) > 0:
+            return {"frame": names[int(np.argmax(far))], "far": round_significant(far.max()), "unit": unit}
+    return {"frame": "", "far": 0.0, "unit": "m"}
 
 
 def _amplitude(seen: Any, extent: float) -> float:

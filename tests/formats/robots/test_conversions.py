@@ -129,7 +129,7 @@ def test_commands_read_robots(command: tuple[str, ...]) -> None:
     assert found.code == 0, found.err
     assert (
         found.err.splitlines()[0]
-        == "warning: meshes, package:// and others, are not read: a model needs masses, not shapes"
+        == "warning: meshes, package:// and others, are not read: a model needs masses; view draws those it finds"
     )
 
 

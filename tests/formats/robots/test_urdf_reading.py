@@ -203,7 +203,9 @@ def test_what_is_left_out_of_a_robot_is_said_once() -> None:
     machine = machine_of(
         describe(ARM.replace("<visual>", "<visual/><collision>").replace("</visual>", "</collision>"), ""), ""
     )
-    assert machine.origin.remarks == ("meshes, package:// and others, are not read: a model needs masses, not shapes",)
+    assert machine.origin.remarks == (
+        "meshes, package:// and others, are not read: a model needs masses; view draws those it finds",
+    )
     long = robot(A, '<link name="b"/>', joint("j", "a", "b", axis=(0, 0, 2)))
     assert machine_of(describe(long, ""), "").origin.remarks == (
         "axes that are not of length 1 give directions only: joint 'j'",

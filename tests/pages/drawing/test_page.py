@@ -17,6 +17,7 @@ import pytest
 
 import symoro_elastic
 from symoro_elastic.analysis.vibration.energies import frame_shapes
+from symoro_elastic.codegen.templates import template_folder
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
@@ -124,6 +125,74 @@ def test_modes_move_frames_as_computed() -> None:
         assert np.abs(moved).max() <= 0.04 * extent * (1 + 1e-6)
         assert mode["strain"][0][1] == pytest.approx(max(share for _, share in mode["strain"]))
     assert [mode["hertz"] for mode in one["modes"]] == pytest.approx(held.modal.frequencies.tolist(), rel=1e-8)
+
+
+def test_a_mode_says_which_frame_moves_most_and_how_far() -> None:
+    found = shown("two_axis.toml")
+    (held, _) = found.modes
+    assert held.modal is not None
+    names = [joint.name for joint in machine("two_axis.toml").joints]
+    for mode in modes_data(held, 2.0)["modes"]:
+        there, back = (found.placements.at(found.q + sense * 1e-6 * np.array(mode["shape"]))[1:] for sense in (1, -1))
+        moved = np.linalg.norm(there[:, :3, 3] - back[:, :3, 3], axis=1) / 2e-6
+        assert mode["most"]["unit"] == "m" and mode["most"]["far"] == pytest.approx(moved.max(), rel=1e-7)
+        assert moved[names.index(mode["most"]["frame"])] == pytest.approx(moved.max(), rel=1e-7)
+
+
+def test_a_long_bed_hides_no_machine() -> None:
+    """The bed of the two-axis machine is a box of 2.5 m; its frames, within 0.9 m, fill more than half of the room."""
+    found = shown("two_axis.toml").figure
+    origins = np.ptp(found.reference[:, :3, 3], axis=0)
+    assert np.linalg.norm(origins) > 0.5 * np.linalg.norm(np.ptp(found.room, axis=0))
+    assert max(max(solid.size) for solid in found.solids) > 2 * np.linalg.norm(origins)
+    np.testing.assert_allclose(data(page("two_axis.toml"))["room"], found.room, rtol=1e-7)
+
+
+def test_texts_are_read_on_light_and_dark_paper() -> None:
+    """Contrast of WCAG 2.2, level AA: 4.5 for texts."""
+    css = (template_folder() / "view" / "page.css").read_text(encoding="utf-8")
+    light, dark = (dict(re.findall(r"--(\w+): (#\w{6})", block)) for block in css.split("color-scheme: dark", 1))
+    for colours in (light, dark):
+        for text, paper in (
+            ("ink", "paper"),
+            ("ink", "soft"),
+            ("faint", "panel"),
+            ("faint", "paper"),
+            ("warm", "paper"),
+            ("panel", "accent"),
+        ):
+            assert contrast(colours[text], colours[paper]) >= 4.5, (text, paper)
+
+
+def contrast(one: str, other: str) -> float:
+    def luminance(colour: str) -> float:
+        parts = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        return float(linear @ (0.2126, 0.7152, 0.0722))
+
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_a_page_inside_a_notebook_runs_its_own_scripts_only() -> None:
+    found = symoro_elastic.view(EXAMPLES / "planar_2r.toml")
+    (frame,) = Elements(found._repr_html_()).elements
+    assert frame[0] == "iframe" and frame[1]["srcdoc"] == found.html
+    assert frame[1]["sandbox"] == "allow-scripts allow-downloads"
+
+
+def test_machines_are_shown_beside_each_other(tmp_path: Path) -> None:
+    """Scripts of both are in the policy of the page, which frames inherit."""
+    one, other = (symoro_elastic.view(EXAMPLES / name) for name in ("planar_2r.toml", "gantry.toml"))
+    both = one.beside(other)
+    frames = [found for tag, found in Elements(both.html).elements if tag == "iframe"]
+    assert [found["srcdoc"] for found in frames] == [one.html, other.html]
+    policies = [re.search(r'Policy" content="([^"]*)"', page)[1] for page in (both.html, one.html, other.html)]
+    whole, *inner = ({*re.findall(r"'sha256-[^']+'", policy)} for policy in policies)
+    assert all(digests <= whole for digests in inner)
+    assert repr(both) == "<Page of planar_2r and gantry: 0 motions>"
+    run("view", EXAMPLES / "planar_2r.toml", "--beside", EXAMPLES / "gantry.toml", "--out", tmp_path / "both.html")
+    assert (tmp_path / "both.html").read_text(encoding="utf-8") == both.html
 
 
 def test_machines_without_values_or_springs_have_no_modes_and_say_so_where_they_could() -> None:
