@@ -96,12 +96,23 @@ def in_words(text: str, names: Collection[str]) -> str:
 def _argument(name: str, value: Any, annotations: Mapping[str, str]) -> Any:
     """Return an argument as the function takes it; raises `InputError` for what should give numbers by name."""
     expected = annotations.get(name, "")
-    if expected.startswith("Sequence[str]") and isinstance(value, str):
-        return [value]
+    if name == "models" and isinstance(value, tuple) and len(value) == 1 and isinstance(value[0], list | tuple):
+        return _names(name, value[0])
+    if (expected.startswith("Sequence[str]") and value is not None) or name == "models":
+        return _names(name, value)
     if expected.startswith("OperatingPoint") and not (value is None or isinstance(value, OperatingPoint)):
         raise InputError(PACKAGE, name, f"{type(value).__name__} is no operating point: give other arguments by name")
     if expected.startswith(("Values", "Mapping[str, float]")) and not _is_number(value, expected):
         _refuse_no_mapping(name, value)
+    return value
+
+
+def _names(name: str, value: Any) -> Any:
+    """Return names as they are given, one as a list; raises `InputError` for what is none."""
+    if isinstance(value, str):
+        return [value]
+    if isinstance(value, list | tuple) and (wrong := [one for one in value if not isinstance(one, str)]):
+        raise InputError(PACKAGE, name, f"{wrong[0]!r} is not a name: write 'name'")
     return value
 
 
