@@ -2,7 +2,11 @@
 
     e     = Kv (r - q_m) + kfv rd - qd_m                               position controller
     tau_u = Kp (e + (1/Tn) int e dt) + kfa J rdd                       velocity controller
-    tau   = e^(-s Td) hold(s) / (1 + lag s) filters(s) tau_u           dead time, sampling, current loop
+    tau   = e^(-s Td) hold(s) / (1 + lag s) sat(filters(s) tau_u)      limit, dead time, sampling, current loop
+
+r is the set point behind its own filter. At the limit of the torque the integral part gives way (back-calculation):
+
+    xi'   = e + (tau_lim - filters tau_u) Tn/(Kp Tt)
 
 They stand beside mechanics, as limits do: models do not depend on them.
 """
@@ -51,7 +55,15 @@ class LowPass:
     order: int = 1
 
 
+@dataclass(frozen=True)
+class Average:
+    """The mean of the samples of a set point over a `time`, s, the latest among them; of sampled controllers."""
+
+    time: Formula
+
+
 Filter = Notch | LowPass
+SetPointFilter = LowPass | Average
 
 
 @dataclass(frozen=True)
@@ -60,7 +72,9 @@ class Drive:
 
     `Kv` 1/s, `Kp` N m s/rad or N s/m, `Tn` s (None: no integral part), `lag` s of the current loop, `dead_time` s
     (None: a period where there is one), `period` s of a sampled controller. `measured` is the signal of the position
-    that is controlled, `MOTOR` for the encoder of the motor; its velocity is always that of the motor.
+    that is controlled, `MOTOR` for the encoder of the motor; its velocity is always that of the motor. `torque_limit`
+    N m or N (None: no limit) with the time `windup` s in which the integral part gives way there (None: Tn).
+    `set_point` filters the set point of the position.
     """
 
     Kv: Gain
@@ -73,6 +87,9 @@ class Drive:
     measured: str = MOTOR
     dead_time: Formula | None = None
     period: Formula | None = None
+    torque_limit: Formula | None = None
+    windup: Formula | None = None
+    set_point: SetPointFilter | None = None
 
     @property
     def formulas(self) -> Iterator[tuple[str, Formula]]:
@@ -85,7 +102,13 @@ class Drive:
         for k, one in enumerate(self.filters, start=1):
             of_filter = ("frequency", "depth", "width") if isinstance(one, Notch) else ("frequency",)
             yield from ((f"filter {k}, {key}", getattr(one, key)) for key in of_filter)
-        yield from ((key, x) for key in ("dead_time", "period") if (x := getattr(self, key)) is not None)
+        timed = (("dead_time", self.dead_time), ("period", self.period))
+        limits = (("limits, torque", self.torque_limit), ("limits, windup", self.windup))
+        yield from ((key, x) for key, x in (*timed, *limits) if x is not None)
+        if isinstance(self.set_point, LowPass):
+            yield "set_point, frequency", self.set_point.frequency
+        elif self.set_point:
+            yield "set_point, average", self.set_point.time
 
 
 @dataclass(frozen=True)
@@ -111,7 +134,7 @@ def gain_unit(key: str, joint: Joint) -> str:
     return {"Kv": "1/s", "Kp": "N s/m" if slides else "N m s/rad", "Tn": "s"}[key]
 
 
-POSITIVE = ("Kv", "Kp", "Tn", "period")
+POSITIVE = ("Kv", "Kp", "Tn", "period", "limits, torque", "limits, windup", "set_point, average")
 """Keys whose numbers are above zero; frequencies and widths of filters, too. No other is negative."""
 
 

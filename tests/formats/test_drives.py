@@ -8,7 +8,7 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.formats.toml.writing import write
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine, drives_of
-from symoro_elastic.machine.drives import TUNED, Drive, LowPass, Notch
+from symoro_elastic.machine.drives import TUNED, Average, Drive, LowPass, Notch
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
@@ -27,8 +27,10 @@ gear = { stiffness = 1e6 }
 """
 FULL = """rail = { Kv = "K/2", Kp = "tuned", Tn = "20 ms", current = { lag = 2e-4 }, feed_forward = { velocity = 0.9, \
 acceleration = 12 }, filters = [{ notch = 120, depth = 0.05, width = 0.5 }, { lowpass = "0.4 kHz", order = 2 }], \
-measured = "gear.q", dead_time = "150 us", period = 1e-4 }
+measured = "gear.q", dead_time = "150 us", period = 1e-4, limits = { torque = "2 kN", windup = "K/1000" }, \
+set_point = { average = "2 ms" } }
 """
+FILTERED = "turn = { Kv = 20, Kp = 5, limits = { torque = 3 }, set_point = { lowpass = 40, order = 2 } }\n"
 
 
 def machine(drives: str = FULL) -> DescribedMachine:
@@ -43,6 +45,9 @@ def test_all_keys_are_read() -> None:
         measured="gear.q",
         dead_time=f("0.00015"),
         period=f("1e-4"),
+        torque_limit=f("2000"),
+        windup=f("K/1000"),
+        set_point=Average(f("0.002")),
     )
     found = machine().drives.by_motor["rail"]
     values = {key: x.value({"K": 30.0}) for key, x in found.formulas}
@@ -55,7 +60,9 @@ def test_what_is_left_out_has_its_usual_value() -> None:
     assert found == Drive(Formula.parse("20"), Formula.parse("5"))
 
 
-@pytest.mark.parametrize("drives", [FULL, "turn = { Kv = 20, Kp = 5 }\n", FULL + 'turn = { Kv = 1, Kp = "tuned" }\n'])
+@pytest.mark.parametrize(
+    "drives", [FULL, "turn = { Kv = 20, Kp = 5 }\n", FULL + 'turn = { Kv = 1, Kp = "tuned" }\n', FILTERED]
+)
 def test_what_is_written_is_read_back(drives: str) -> None:
     one = machine(drives)
     assert toml.read(write(one), "m.toml").drives == one.drives
@@ -85,6 +92,21 @@ def test_motors_that_are_gone_have_no_drives() -> None:
             "drives, rail, filter 1, order",
             "3: a low-pass filter is of order 1 or 2",
         ),
+        ('rail = { Kv = 1, Kp = 1, limits = { torque = "5 N m" } }', "rail, limits, torque", "where N is needed"),
+        ("rail = { Kv = 1, Kp = 1, limits = { torque = 0 } }", "rail, limits, torque", "0 is not above zero"),
+        (
+            "rail = { Kv = 1, Kp = 1, limits = { torque = 5, windup = 1 } }",
+            "drives, rail, limits, windup",
+            "there is no Tn that it belongs to",
+        ),
+        ("rail = { Kv = 1, Kp = 1, Tn = 1, limits = { windup = 1 } }", "limits, windup", "there is no torque"),
+        ("rail = { Kv = 1, Kp = 1, set_point = { } }", "rail, set_point, lowpass, average", "give one of them"),
+        (
+            "rail = { Kv = 1, Kp = 1, set_point = { average = 1e-3 } }",
+            "drives, rail, set_point, average",
+            "is of samples: give the drive a period",
+        ),
+        ("rail = { Kv = 1, Kp = 1, set_point = { lowpass = 0 } }", "set_point, frequency", "0 is not above zero"),
         ('rail = { Kv = "fast", Kp = 1 }', "drives, rail, Kv", "'fast' is not declared"),
     ],
 )

@@ -41,7 +41,12 @@ def test_every_row_says_what_it_means() -> None:
     assert all(key.meaning and key.example and key.default for key in KEYS)
 
 
-OF_DRIVE = {"current": drive_keys.CURRENT, "feed_forward": drive_keys.FEED_FORWARD}
+OF_DRIVE = {
+    "current": drive_keys.CURRENT,
+    "feed_forward": drive_keys.FEED_FORWARD,
+    "limits": drive_keys.LIMITS,
+    "set_point": drive_keys.SET_POINT,
+}
 
 
 def used(name: str) -> dict[str, Any]:

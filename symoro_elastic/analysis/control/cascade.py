@@ -3,7 +3,8 @@
     tau = C(s) (Kv (r - q_m) + kfv s r - s qd...),   C(s) = Kp (1 + 1/(Tn s)) P(s)
     P(s) = e^(-s Td) (1 - e^(-s T))/(s T) / (1 + lag s) prod filters(s)
 
-P is the path of the torque: dead time, the hold of a sampled controller, current loop, filters.
+P is the path of the torque: dead time, the hold of a sampled controller, current loop, filters. r is the set point
+behind its filter. The limit of the torque stands beside: linear results know none.
 """
 
 from __future__ import annotations
@@ -16,11 +17,13 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.drives import TUNED, Drive, LowPass, Notch, why_wrong
+from symoro_elastic.machine.drives import TUNED, Drive, Filter, LowPass, Notch, why_wrong
 from symoro_elastic.machine.formula import FormulaError
 
 ROOT_2 = 2**0.5
 CURRENT = "lag of the current loop"
+WHOLE = 1e-6
+"""Of a time: how far it may be from a whole number of periods."""
 
 
 def laplace(frequencies: Array) -> ComplexArray:
@@ -121,7 +124,27 @@ class Hold:
         return np.where(small, -turned / 2, exact)
 
 
+@dataclass(frozen=True)
+class Mean:
+    """The mean of `samples` at intervals of a `period`, s: (1 + e^(-s T) + ...)/samples."""
+
+    name: str
+    samples: int
+    period: float
+
+    @property
+    def time(self) -> float:
+        """By how much it is behind, s."""
+        return (self.samples - 1) * self.period / 2
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Return its response."""
+        found: ComplexArray = np.exp(-np.multiply.outer(s, self.period * np.arange(self.samples))).mean(axis=-1)
+        return found
+
+
 Element = Biquad | FirstOrder | DeadTime | Hold
+SetPointElement = Biquad | FirstOrder | Mean
 
 
 @dataclass(frozen=True)
@@ -129,7 +152,8 @@ class Cascade:
     """A drive with numbers: `Kp` in N m s/rad or N s/m, `Kv` in 1/s, `Tn` in s, infinite without integral part.
 
     A gain that is sought is NaN. `path` are the elements between velocity controller and torque; `velocity_forward` is
-    a share, `acceleration_forward` an inertia.
+    a share, `acceleration_forward` an inertia. `set_point` filters the set point. `torque_limit` N m or N is infinite
+    where there is none, `windup` is Tt in s, Tn where it is None.
     """
 
     motor: str
@@ -140,6 +164,9 @@ class Cascade:
     velocity_forward: float = 1.0
     acceleration_forward: float = 0.0
     sought: tuple[str, ...] = ()
+    set_point: SetPointElement | None = None
+    torque_limit: float = np.inf
+    windup: float | None = None
 
     def with_gains(self, **gains: float) -> Cascade:
         """Return the cascade with other gains."""
@@ -162,9 +189,17 @@ class Cascade:
         return self.Kp * self.integral(s) * self.path_at(s)
 
     def forward(self, s: ComplexArray) -> ComplexArray:
-        """Return what a position that is set does to the torque: C (Kv + kfv s) + kfa P s^2."""
+        """Return what a position that is set does to the torque: F (C (Kv + kfv s) + kfa P s^2), F its filter."""
         shares = self.controller(s) * (self.Kv + self.velocity_forward * s)
-        return shares + self.acceleration_forward * self.path_at(s) * s * s
+        found = shares + self.acceleration_forward * self.path_at(s) * s * s
+        return found * self.set_point.at(s) if self.set_point else found
+
+    @property
+    def set_point_delay(self) -> float:
+        """By how much the filter of the set point is behind at a steady velocity, s: -F'(0)."""
+        if isinstance(self.set_point, Biquad):
+            return 2 * self.set_point.below * self.set_point.time
+        return self.set_point.time if self.set_point else 0.0
 
 
 def cascade_of(motor: str, drive: Drive, values: Mapping[str, float], source: str) -> Cascade:
@@ -175,7 +210,12 @@ def cascade_of(motor: str, drive: Drive, values: Mapping[str, float], source: st
     if drive.Tn is None:
         gains["Tn"] = np.inf
     shares = (numbers["feed_forward, velocity"], numbers["feed_forward, acceleration"])
-    return Cascade(motor, gains["Kv"], gains["Kp"], gains["Tn"], tuple(_path(drive, numbers)), *shares, sought)
+    return Cascade(
+        *(motor, gains["Kv"], gains["Kp"], gains["Tn"], tuple(_path(drive, numbers)), *shares, sought),
+        set_point=_set_point(motor, drive, numbers, source),
+        torque_limit=numbers.get("limits, torque", np.inf),
+        windup=numbers.get("limits, windup"),
+    )
 
 
 def _value(
@@ -201,14 +241,29 @@ def _path(drive: Drive, numbers: Mapping[str, float]) -> Iterator[Element]:
     if numbers["current, lag"]:
         yield FirstOrder(CURRENT, numbers["current, lag"])
     for k, one in enumerate(drive.filters, start=1):
-        f = numbers[f"filter {k}, frequency"]
-        if isinstance(one, Notch):
-            shape = (numbers[f"filter {k}, depth"], numbers[f"filter {k}, width"])
-            yield Biquad(f"notch at {f:g} Hz", f, *shape)
-        elif isinstance(one, LowPass) and one.order == 1:
-            yield FirstOrder(f"low-pass filter at {f:g} Hz", 1 / (2 * np.pi * f))
-        else:
-            yield Biquad(f"low-pass filter at {f:g} Hz", f, 0.0, ROOT_2 / 2, low=True)
+        yield _filter(one, f"filter {k}", numbers)
+
+
+def _filter(one: Filter, place: str, numbers: Mapping[str, float]) -> Biquad | FirstOrder:
+    f = numbers[f"{place}, frequency"]
+    if isinstance(one, Notch):
+        return Biquad(f"notch at {f:g} Hz", f, numbers[f"{place}, depth"], numbers[f"{place}, width"])
+    name = f"low-pass filter at {f:g} Hz"
+    return FirstOrder(name, 1 / (2 * np.pi * f)) if one.order == 1 else Biquad(name, f, 0.0, ROOT_2 / 2, low=True)
+
+
+def _set_point(motor: str, drive: Drive, numbers: Mapping[str, float], source: str) -> SetPointElement | None:
+    """Return the filter of the set point; raises `InputError` for a mean that is of no whole number of samples."""
+    if drive.set_point is None:
+        return None
+    if isinstance(drive.set_point, LowPass):
+        return _filter(drive.set_point, "set_point", numbers)
+    time, period = numbers["set_point, average"], numbers["period"]
+    samples = round(time / period)
+    if samples < 1 or abs(samples * period - time) > WHOLE * time:
+        what = f"{time:g} s is no whole number of periods of {period:g} s: give {max(samples, 1) * period:g}"
+        raise InputError(source, f"drives, {motor}, set_point, average", what)
+    return Mean(f"mean of {samples} samples", samples, period)
 
 
 # As linear systems

@@ -21,7 +21,7 @@ class ClosedLoop:
     """The system of a plant with loops that are closed: A, and the columns of set points and of forces.
 
     `by_set_point` are B_0, B_1, B_2 (states, axes), of the set point and its two rates, `by_force` M^-1 (states, n).
-    Coordinates are those of the `free` motions of the plant.
+    Coordinates are those of the `free` motions of the plant; set points are those behind their filters.
     """
 
     A: Array

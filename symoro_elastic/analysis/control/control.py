@@ -196,7 +196,7 @@ def _axis(one: AxisLoops, loop: ClosedLoop, distances: Distances) -> AxisControl
         _limit(one, "Kp", largest_Kp(one, distances.velocity), distances.velocity),
         _limit(one, "Kv", largest_Kv(one, distances.position), distances.position),
     )
-    error = loop.velocity_error(one.cascade.motor, one.axis.position)
+    error = loop.velocity_error(one.cascade.motor, one.axis.position) + one.cascade.set_point_delay
     return AxisControl(joint, one.cascade, velocity, position, bandwidth, in_phase, error, limits)
 
 

@@ -55,7 +55,7 @@ def driven_machine(
         for plant in plants:
             _refuse_undamped(plant)
         cascades = tuned(plants, cascades, distances)
-    return DrivenMachine(plants, tuple(cascades), found, _notes(plants[0]))
+    return DrivenMachine(plants, tuple(cascades), found, _notes(plants[0], cascades))
 
 
 def refuse_without_drives(motion: EquationsOfMotion) -> None:
@@ -135,6 +135,8 @@ def _refuse_undamped(plant: Plant) -> None:
         raise InputError(plant.linear.motion.source, "--damping", what)
 
 
-def _notes(plant: Plant) -> tuple[str, ...]:
+def _notes(plant: Plant, cascades: Sequence[Cascade]) -> tuple[str, ...]:
     held = [f"{name} has no drive and is held" for name in plant.held]
-    return (*plant.linear.doubts, *held)
+    limited = ", ".join(one.motor for one in cascades if one.torque_limit < np.inf)
+    said = [f"limits of torque ({limited}) are not in these figures: they are linear"] if limited else []
+    return (*plant.linear.doubts, *held, *said)

@@ -335,6 +335,9 @@ def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedM
         if one.sought:
             what = f'{name}: {", ".join(one.sought)} "tuned" is not known yet: find it by control --save'
             raise machine.error("drives", what)
+        if one.set_point or one.torque_limit < np.inf:
+            key = "set_point" if one.set_point else "limits"
+            raise machine.error(f"drives, {name}, {key}", "is not simulated: leave it out")
         yield one
 
 

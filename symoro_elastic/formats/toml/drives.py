@@ -13,17 +13,19 @@ from symoro_elastic.machine.drives import (
     MOTOR,
     ONE,
     TUNED,
+    Average,
     Drive,
     Drives,
     Filter,
     Gain,
     LowPass,
     Notch,
+    SetPointFilter,
     gain_unit,
     why_wrong,
 )
-from symoro_elastic.machine.formula import ZERO, FormulaError
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
+from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
 
 HEADING = "drives"
@@ -68,6 +70,19 @@ FILTERS = Section(
     (NOTCH, DEPTH, WIDTH, LOWPASS, ORDER),
     rows=True,
 )
+TORQUE, WINDUP = (
+    Key("torque", FORMULA, "largest torque of the motor, on both sides", "15", otherwise="none", unit="N m or N"),
+    Key("windup", FORMULA, "time in which the integral part gives way at the limit", "0.01", otherwise="Tn", unit="s"),
+)
+LIMITS = Section(
+    "limits of [drives]", "Limit of the torque, where the integral part stops by back-calculation.", (TORQUE, WINDUP)
+)
+AVERAGE = Key(
+    "average", FORMULA, "time of a moving average, of sampled controllers", "2e-3", otherwise="none", unit="s"
+)
+SET_POINT = Section(
+    "set_point of [drives]", "Filter of the set point: low-pass, or mean of its samples.", (LOWPASS, ORDER, AVERAGE)
+)
 KV, KP, TN = (
     Key("Kv", GAIN, "gain of the position controller", "30", unit="1/s"),
     Key("Kp", GAIN, "gain of the velocity controller", "3.7e4", unit="N m s/rad or N s/m"),
@@ -89,12 +104,14 @@ DRIVES = Section(
         *(KV, KP, TN),
         Key("current", CURRENT.type, CURRENT.meaning, "{ lag = 2e-4 }", otherwise="no lag"),
         Key("feed_forward", FEED_FORWARD.type, FEED_FORWARD.meaning, "{ velocity = 1 }", otherwise="velocity = 1"),
+        Key("limits", LIMITS.type, LIMITS.meaning, "{ torque = 15 }", otherwise="none"),
         Key("filters", FILTERS.type, FILTERS.meaning, "[{ lowpass = 400, order = 2 }]", otherwise="none"),
+        Key("set_point", SET_POINT.type, SET_POINT.meaning, "{ lowpass = 40 }", otherwise="none"),
         *(MEASURED, DEAD_TIME, PERIOD),
     ),
     "motor",
 )
-OF_DRIVES = (DRIVES, CURRENT, FEED_FORWARD, FILTERS)
+OF_DRIVES = (DRIVES, CURRENT, FEED_FORWARD, LIMITS, FILTERS, SET_POINT)
 """The tables about drives, in the order of the reference."""
 
 
@@ -118,6 +135,7 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
     entry = table.table(name).only(DRIVES.names)
     gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}
     current, fed = CURRENT.within(entry.table("current")), FEED_FORWARD.within(entry.table("feed_forward"))
+    limit, windup = _limits(entry, joints[name])
     drive = Drive(
         Kv=gains["Kv"].read(entry),
         Kp=gains["Kp"].read(entry),
@@ -129,9 +147,36 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
         measured=MEASURED.read(entry),
         dead_time=DEAD_TIME.read(entry) if DEAD_TIME.name in entry.entries else None,
         period=PERIOD.read(entry) if PERIOD.name in entry.entries else None,
+        torque_limit=limit,
+        windup=windup,
+        set_point=_set_point(entry) if "set_point" in entry.entries else None,
     )
     _refuse_wrong(drive, entry, machine)
     return drive
+
+
+def _limits(entry: Table, joint: Joint) -> tuple[Formula | None, Formula | None]:
+    """The limit of the torque, and the time of its back-calculation."""
+    of = entry.table("limits").only(LIMITS.names)
+    torque = replace(TORQUE, unit="N" if joint.sigma == 1 else "N m")
+    found = [key.read(of) if key.name in of.entries else None for key in (torque, WINDUP)]
+    for name, without in ((TORQUE.name, found[0] is None), (TN.name, TN.name not in entry.entries)):
+        if found[1] is not None and without:
+            raise of.fail(WINDUP.name, f"there is no {name} that it belongs to: give {name}, or leave windup out")
+    return found[0], found[1]
+
+
+def _set_point(entry: Table) -> SetPointFilter:
+    of = entry.table("set_point").only(SET_POINT.names)
+    kinds = [key.name for key in (LOWPASS, AVERAGE) if key.name in of.entries]
+    if len(kinds) != 1:
+        raise of.fail("lowpass, average", f"give one of them, not {'both' if kinds else 'none'}")
+    if kinds == [LOWPASS.name]:
+        return _low_pass(of)
+    of.only((AVERAGE.name,))
+    if PERIOD.name not in entry.entries:
+        raise of.fail(AVERAGE.name, "is of samples: give the drive a period, or take lowpass")
+    return Average(AVERAGE.read(of))
 
 
 def _filters(entry: Table) -> Iterator[Filter]:
@@ -186,13 +231,19 @@ def entries_of_drive(drive: Drive) -> dict[str, Any]:
     fed = (("velocity", drive.velocity_forward, ONE), ("acceleration", drive.acceleration_forward, ZERO))
     shares = {key: x for key, x, usual in fed if x != usual}
     found |= {"feed_forward": shares} if shares else {}
+    limits = (("torque", drive.torque_limit), ("windup", drive.windup))
+    limited = {key: x for key, x in limits if x is not None}
+    found |= {"limits": limited} if limited else {}
     found |= {"filters": [_entries_of_filter(one) for one in drive.filters]} if drive.filters else {}
+    found |= {"set_point": _entries_of_filter(drive.set_point)} if drive.set_point else {}
     found |= {"measured": drive.measured} if drive.measured != MOTOR else {}
     timed = (("dead_time", drive.dead_time), ("period", drive.period))
     return found | {key: x for key, x in timed if x is not None}
 
 
-def _entries_of_filter(one: Filter) -> Mapping[str, Any]:
+def _entries_of_filter(one: Filter | SetPointFilter) -> Mapping[str, Any]:
+    if isinstance(one, Average):
+        return {"average": one.time}
     if isinstance(one, Notch):
         return {"notch": one.frequency, "depth": one.depth, "width": one.width}
     return {"lowpass": one.frequency, **({"order": one.order} if one.order != 1 else {})}

@@ -179,7 +179,7 @@ STARTS = {"arm": ARM, "cartesian": CARTESIAN, "elastic": ELASTIC, "floating": FL
 OTHERWISE = {
     "bodies": ("first_moments", "inertia_at_origin"),
     "motion": ("drives",),
-    OF_MOTORS: ("feed_forward", "filters", "measured", "period"),
+    OF_MOTORS: ("feed_forward", "limits", "filters", "set_point", "measured", "period"),
 }
 """Keys by table that an example leaves out: others stand in their place, or the line would be long."""
 PARTS = {OF_MOTORS: OF_DRIVES[1:]}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ from symoro_elastic.analysis.control.cascade import (
     system_of,
 )
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.drives import TUNED, Drive, LowPass, Notch
+from symoro_elastic.machine.drives import TUNED, Average, Drive, LowPass, Notch
 from symoro_elastic.machine.formula import Formula
 
 ELEMENTS: tuple[Element, ...] = (
@@ -86,3 +88,26 @@ def test_the_set_point_is_followed_at_once_by_its_velocity() -> None:
     """With kfv = 1 the torque of a set point is that of a motion: C (Kv + s)."""
     one, s = Cascade("m", 30.0, 5.0, 0.02, ELEMENTS), laplace(np.array([3.0]))
     assert np.allclose(one.forward(s), one.controller(s) * (30 + s))
+
+
+@pytest.mark.parametrize(
+    ("one", "poles"), [(LowPass(Formula.parse(40)), [1]), (LowPass(Formula.parse(40), 2), [1, 2**0.5, 1])]
+)
+def test_filters_of_the_set_point_are_in_what_is_followed(one: LowPass, poles: list[float]) -> None:
+    """1/polynomial of s/w; behind by its first derivative at rest."""
+    f, s = Formula.parse, laplace(np.array([3.0, 50.0]))
+    filtered = cascade_of("m", Drive(f(30), f(5), set_point=one), {}, "file")
+    expected = 1 / np.polyval(poles if len(poles) > 1 else [1, 1], s / (2 * np.pi * 40))
+    assert np.allclose(filtered.forward(s), expected * cascade_of("m", Drive(f(30), f(5)), {}, "file").forward(s))
+    assert filtered.set_point_delay == pytest.approx((2**0.5 if one.order == 2 else 1) / (2 * np.pi * 40))
+
+
+def test_a_moving_average_is_a_mean_of_whole_periods() -> None:
+    f, s = Formula.parse, laplace(np.array([3.0, 50.0]))
+    drive = Drive(f(30), f(5), period=f(1e-3), set_point=Average(f("4e-3")))
+    found = cascade_of("m", drive, {}, "file").set_point
+    assert found is not None and found.time == pytest.approx(1.5e-3)
+    assert np.allclose(found.at(s), (1 - np.exp(-4e-3 * s)) / (1 - np.exp(-1e-3 * s)) / 4)
+    wrong = replace(drive, set_point=Average(f("2.6e-3")))
+    with pytest.raises(InputError, match=r"m, set_point, average: 0.0026 s is no whole number .* give 0.003"):
+        cascade_of("m", wrong, {}, "file")

@@ -17,7 +17,7 @@ from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.analysis.vibration.responses import with_modal_damping
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.drives import TUNED, Drive, Drives
+from symoro_elastic.machine.drives import TUNED, Drive, Drives, LowPass
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Machine
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
@@ -154,6 +154,14 @@ def test_a_steady_velocity_is_followed_as_its_forward_share_says() -> None:
     one = Drive(f(20), f(3e4), f(0.03), velocity_forward=f(0.75), dead_time=f(1e-4))
     (axis,) = se.control(described(motor_x=one), damping=0.02).places[0].axes
     assert axis.velocity_error == pytest.approx(0.25 / 20, rel=1e-4)
+
+
+def test_the_filter_of_a_set_point_is_behind_and_limits_are_said_to_be_left_out() -> None:
+    f = Formula.parse
+    one = Drive(f(20), f(3e4), f(0.03), set_point=LowPass(f(50)), torque_limit=f(900))
+    found = se.control(described(motor_x=one), damping=0.02)
+    assert found.places[0].axes[0].velocity_error == pytest.approx(1 / (100 * np.pi), rel=1e-4)
+    assert "limits of torque (motor_x) are not in these figures: they are linear" in found.notes
 
 
 def test_motors_without_a_drive_are_held_and_said() -> None:
