@@ -24,6 +24,7 @@ from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS
+from symoro_elastic.models.control import CONTROLLERS
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
@@ -37,7 +38,10 @@ ALL_MODELS = tuple(
     name
     for name, model in MODELS.items()
     if model
-    not in (*INVERSE_GEOMETRIC, *INVERSE_KINEMATIC, *DERIVATIVES, *FEED_FORWARD, *CLOSED_CHAINS, *STATIC_SPRINGS)
+    not in (
+        *(*INVERSE_GEOMETRIC, *INVERSE_KINEMATIC, *DERIVATIVES, *FEED_FORWARD),
+        *(*CLOSED_CHAINS, *STATIC_SPRINGS, *CONTROLLERS),
+    )
 )
 """The models that every machine has, but for derivatives, which are long."""
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")

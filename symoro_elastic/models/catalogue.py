@@ -17,6 +17,8 @@ from symoro_elastic.models.base_parameters import GroupingOf, grouping_of_tree
 from symoro_elastic.models.bind import EXTERNAL_WRENCHES, Bound
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS, of_closed_chain
+from symoro_elastic.models.control import CONTROL, CONTROLLERS
+from symoro_elastic.models.control import START as CONTROL_START
 from symoro_elastic.models.derivatives import DERIVATIVES
 from symoro_elastic.models.dynamic import DYNAMIC
 from symoro_elastic.models.feed_forward import FEED_FORWARD
@@ -45,6 +47,7 @@ FAMILIES = (
     IDENTIFICATION,
     CLOSED_CHAINS,
     STATIC_SPRINGS,
+    CONTROLLERS,
 )
 MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
@@ -186,9 +189,11 @@ def expressions_of_scene(machine: Machine, scene: Scene, grouping_of: GroupingOf
 
 
 def models_of(scene: Scene) -> tuple[str, ...]:
-    """Names of the models that a scene asks for; with static springs their deflections are among them."""
+    """Names of the models that a scene asks for; deflections of static springs and starts of controllers with them."""
     named = scene.models or DEFAULT_MODELS
-    return tuple(dict.fromkeys((*named, DEFLECTIONS))) if scene.static else tuple(named)
+    more = [DEFLECTIONS] if scene.static else []
+    more += [CONTROL_START] if CONTROL in named else []
+    return tuple(dict.fromkeys((*named, *more)))
 
 
 def _refuse_idle_outputs(kept: Machine, scene: Scene, models: Sequence[str]) -> None:

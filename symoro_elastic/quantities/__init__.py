@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from symoro_elastic.quantities import closed_chains, intermediates, signatures, time_steps
+from symoro_elastic.quantities import closed_chains, controllers, intermediates, signatures, time_steps
 from symoro_elastic.quantities.intermediates import COEFFICIENT, DERIVATIVE, FUNCTIONS, PREFIXES
 from symoro_elastic.quantities.quantity import Intermediate, Quantity, Role, Samples, citation, derivative
 from symoro_elastic.quantities.signatures import HIGHEST_DERIVATIVE, MOTION, VELOCITIES
@@ -53,6 +53,7 @@ QUANTITIES: dict[str, Quantity] = {
         signatures.OF_STATIC_SPRINGS,
         signatures.OF_MACHINES,
         time_steps.OF_TIME_STEPS,
+        controllers.OF_CONTROLLERS,
     )
     for row in rows
 }

@@ -189,6 +189,17 @@ ROWS = (
     Intermediate("gK", "", "gK", "", "@", "", (), FORCE / VELOCITY, "gamma h times the stiffness at joint j"),
     Intermediate("Sg", "", "S", "", "@", r"g D_{j} + g^{2} K_{j}", (), MASS,
                  "rotor inertia that stands for spring, damper and servo of joint j in an implicit step"),
+    Intermediate("qc", "", "q", "c", "@", "", (), POSITION, "measured position of motor j"),
+    Intermediate("vc", "", "v", "c", "@", "", (), VELOCITY, "measured velocity of motor j"),
+    Intermediate("rs", "", "r", "", "@", "", (), POSITION, "set point of motor j"),
+    Intermediate("rsd", "", r"\dot{r}", "", "@", "", (), VELOCITY, "velocity of the set point of motor j"),
+    Intermediate("rsdd", "", r"\ddot{r}", "", "@", "", (), ACCELERATION, "acceleration of the set point of motor j"),
+    Intermediate("zc", "number", "z", "", "@,#", "", (), None, "state of the controller of motor j"),
+    Intermediate("ev", "", "e", "", "@", "", (), VELOCITY, "error of the velocity of motor j"),
+    Intermediate("xi", "", r"\xi", "", "@", "", (), POSITION, "integral part of the controller of motor j"),
+    Intermediate("tauu", "", r"\tau", "u", "@", "", (), FORCE, "torque of the velocity controller of motor j"),
+    Intermediate("tauf", "number", r"\tau", "f", "@,#", "", (), FORCE, "torque of motor j behind a filter"),
+    Intermediate("taul", "", r"\tau", "w", "@", "", (), FORCE, "torque of motor j within its limit"),
     Intermediate("handed", "", "F", "", "@", "", (), None, "number j that the factors of an implicit step hand on"),
 )
 # fmt: on

@@ -57,6 +57,14 @@ def sign(graph: Graph, x: Scalar) -> Operand:
     return (of > 0) - (of < 0)
 
 
+def clamp(graph: Graph, x: Scalar, limit: Scalar) -> Operand:
+    """The number from -limit to limit that is nearest to x, exactly: |x| and the limit count 1 and 0, or half each."""
+    side = sign(graph, x)
+    size = side * x
+    within = sign(graph, limit - size)
+    return operand(side * ((1 + within) * size + (1 - within) * limit) * Fraction(1, 2))
+
+
 def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Operand:
     """Angle of the point (x, y)."""
     over, under = operand(y), operand(x)

@@ -20,9 +20,10 @@ from tests.analysis.vibration.test_singular_inertia import on_the_axis
 from tests.closed_chains.machines import machine as closed_chain
 from tests.command_line import run
 from tests.generated_code import imported, rendered
+from tests.references.controlled import controlled
 from tests.references.random_machines import chain, planar_2r, two_children
 
-ANY = ("columns", "parameters", "solutions", "joints", "components")
+ANY = ("columns", "parameters", "solutions", "joints", "components", "states")
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +46,8 @@ def test_shapes_are_those_of_traced_models(name: str, listed: Any) -> None:
         machine = restrict(machine, Scene(static={next(j.name for j in machine.joints if j.kind == "elastic"): None}))
     if MODELS[name].family == "inverse kinematics":
         machine = chain(6, elastic=(6,))
+    if MODELS[name].family == "controllers":
+        machine = controlled()
     n, m = len(machine.independent), sum(joint.kind == "motor" for joint in machine.joints)
     sizes = {"n": n, "m": m, "(n - m)": n - m, "frames": len(machine.joints), "loops": len(machine.loops)}
     sizes |= {"d": len(machine.dependent), "s": len(machine.static), "n(n + 1)/2": n * (n + 1) // 2}

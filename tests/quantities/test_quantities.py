@@ -52,6 +52,7 @@ from tests.command_line import run
 from tests.generated_code import rendered
 from tests.models.test_feed_forward import with_springs
 from tests.models.test_floating_base import on
+from tests.references.controlled import controlled
 from tests.references.random_machines import chain, planar_2r, random_machine
 
 EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").glob("*.toml")) + sorted(
@@ -162,7 +163,7 @@ def machines() -> list[Machine]:
     ]
     springs = with_springs(chain(3, elastic=()), [2], 1)
     closed = [closed_chain("ring"), closed_chain("spatial_four_bar")]
-    return [*(read_machine(path)[0] for path in EXAMPLES), *fixed, *floating, drive(), springs, *closed]
+    return [*(read_machine(path)[0] for path in EXAMPLES), controlled(), *fixed, *floating, drive(), springs, *closed]
 
 
 def traces() -> Iterator[tuple[Machine, TracedModel]]:
@@ -223,8 +224,8 @@ def test_every_row_is_the_row_of_some_name() -> None:
     assert set(PREFIXES) - found().prefixes == set()
 
 
-OF_PARAMETERS = {"Y", "h", "X", "p", "singularity", "residual", "detJ", "weights"}
-"""Their units are those of parameters, of products of lengths, of lengths and angles together ..."""
+OF_PARAMETERS = {"Y", "h", "X", "p", "singularity", "residual", "detJ", "weights", "zc", "zc_next"}
+"""Their units are those of parameters, of several states, of products of lengths, of lengths and angles together ..."""
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -244,7 +245,7 @@ def test_intermediate_rows_have_symbol_and_meaning() -> None:
     assert len(set(keys)) == len(keys)
     for row in INTERMEDIATES:
         assert row.symbol() and row.meaning and row.role is Role.INTERMEDIATE
-        assert row.unit or row.name in ("y", "Y", "root", "W", "handed", "weight")
+        assert row.unit or row.name in ("y", "Y", "root", "W", "handed", "weight", "zc")
 
 
 def test_names_of_a_linearization_have_symbols() -> None:

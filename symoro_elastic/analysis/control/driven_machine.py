@@ -91,7 +91,7 @@ def _plant(
 ) -> Plant:
     """Return the machine about a state, with the rows of its axes; motors without a drive are held."""
     measured = [one.measured for one in drives.values() if one.measured != MOTOR]
-    _refuse_velocities(motion, [*signals, *measured])
+    refuse_velocities(motion, [*signals, *measured])
     linear = linearize(motion, state, (), [*dict.fromkeys([*signals, *measured])])
     linear = with_modal_damping(linear, damping)
     axes = {}
@@ -102,7 +102,8 @@ def _plant(
     return Plant(linear, axes, damping, held, place)
 
 
-def _refuse_velocities(motion: EquationsOfMotion, signals: Sequence[str]) -> None:
+def refuse_velocities(motion: EquationsOfMotion, signals: Sequence[str]) -> None:
+    """Raise `InputError` for a signal that is no position."""
     for signal in outputs(motion.given, signals):
         if signal.order:
             what = f"{signal.name} is no position: name one, such as tool.x or motor.q"
@@ -113,13 +114,18 @@ def _position(linear: Linearization, motor: str, velocity: Array, drive: Drive) 
     """Return the row of a controlled position, over what it changes with the motor where springs do not deflect."""
     if drive.measured == MOTOR:
         return velocity
-    row = position_row(linear, drive.measured)
+    position: Array = position_row(linear, drive.measured) / load_ratio(linear, motor, velocity, drive.measured)
+    return position
+
+
+def load_ratio(linear: Linearization, motor: str, velocity: Array, measured: str) -> float:
+    """Return what a measured position changes with its motor where springs do not deflect; raises `InputError`."""
+    row = position_row(linear, measured)
     ratio = float(row @ velocity) / float(velocity @ velocity)
     if abs(ratio) <= 1e-9 * np.abs(row).max(initial=0.0):
-        what = f"{drive.measured} does not move with {motor} here: name a position behind it"
+        what = f"{measured} does not move with {motor} here: name a position behind it"
         raise InputError(linear.motion.source, f"drives, {motor}, measured", what)
-    position: Array = row / ratio
-    return position
+    return ratio
 
 
 def _refuse_undamped(plant: Plant) -> None:

@@ -68,7 +68,7 @@ def sampled_loop(plant: Plant, cascades: Sequence[Cascade]) -> SampledLoop | Non
     period = period_of(cascades, source)
     if not period:
         return None
-    sampled = [_Controller.of(one, period, source) for one in cascades if any(isinstance(x, Hold) for x in one.path)]
+    sampled = [VelocityLaw.of(one, period, source) for one in cascades if any(isinstance(x, Hold) for x in one.path)]
     names = {one.cascade.motor for one in sampled}
     rest = closed_loop(plant, [one for one in cascades if one.motor not in names])
     A, B = _with_current_loops(plant, rest.A, rest.by_force, sampled)
@@ -76,7 +76,7 @@ def sampled_loop(plant: Plant, cascades: Sequence[Cascade]) -> SampledLoop | Non
     return SampledLoop(_map(plant, A, old, new, sampled, period), period)
 
 
-def _with_current_loops(plant: Plant, A: Array, by_force: Array, sampled: Sequence[_Controller]) -> tuple[Array, Array]:
+def _with_current_loops(plant: Plant, A: Array, by_force: Array, sampled: Sequence[VelocityLaw]) -> tuple[Array, Array]:
     """Return A and B of the machine behind the current loops of sampled drives, whose lags are the last states."""
     n, lags = len(A), [one.lag for one in sampled]
     states = [k for k, lag in enumerate(lags) if lag]
@@ -106,7 +106,7 @@ def _held(A: Array, B: Array, dead_times: Sequence[float], period: float) -> tup
     return old, new
 
 
-def _map(plant: Plant, A: Array, old: Array, new: Array, sampled: Sequence[_Controller], period: float) -> Array:
+def _map(plant: Plant, A: Array, old: Array, new: Array, sampled: Sequence[VelocityLaw], period: float) -> Array:
     """Return the map of x, the set points w of torque, and the controllers' states, in this order."""
     n, m = len(A), len(sampled)
     sizes = [len(one.A) for one in sampled]
@@ -130,7 +130,7 @@ def _map(plant: Plant, A: Array, old: Array, new: Array, sampled: Sequence[_Cont
 
 
 @dataclass(frozen=True)
-class _Controller:
+class VelocityLaw:
     """A sampled velocity controller with filters, z+ = A z + B e, w = C z + D e; dead time and lag behind it."""
 
     cascade: Cascade
@@ -142,7 +142,7 @@ class _Controller:
     lag: float
 
     @classmethod
-    def of(cls, one: Cascade, period: float, source: str) -> _Controller:
+    def of(cls, one: Cascade, period: float, source: str) -> VelocityLaw:
         """Return the controller of a cascade; raises `InputError` for a dead time beyond a period."""
         dead = sum(x.time for x in one.path if isinstance(x, DeadTime))
         if dead > period * (1 + 1e-12):

@@ -7,7 +7,7 @@ order above 2 grow where springs have little damping.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.control.cascade import Hold
 from symoro_elastic.analysis.simulation.compiled_steps import Trajectory, refuse_lost_loops, refuse_turned
 from symoro_elastic.analysis.simulation.driven import DrivenMotion
 from symoro_elastic.analysis.simulation.energy_balance import energy_balance
@@ -24,6 +25,7 @@ from symoro_elastic.analysis.simulation.prediction.resolution import refuse_unre
 from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.analysis.simulation.right_side import CompiledMotion, CompiledMotionOnBase
+from symoro_elastic.analysis.simulation.sampled_drives import SampledMotion
 from symoro_elastic.analysis.simulation.simulate import Request, Simulating
 from symoro_elastic.analysis.simulation.simulated import Simulation
 from symoro_elastic.foundation.array_types import Array
@@ -54,14 +56,16 @@ def compiled_motion(reference: Reference, folder: Path) -> CompiledMotion:
     Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
     if reference.drives:
-        return DrivenMotion(reference, folder)
+        sampled = any(isinstance(x, Hold) for one in reference.drives for x in one.path)
+        return (SampledMotion if sampled else DrivenMotion)(reference, folder)
     return (CompiledMotionOnBase if reference.base else CompiledMotion)(reference, folder)
 
 
 @dataclass(frozen=True)
 class Adapted:
-    """A motion of adapted steps: y at any time by `dense`, until `ends`, and the crossings of levels."""
+    """A motion of adapted steps: y of a `system` at any time by `dense`, until `ends`, and the crossings of levels."""
 
+    system: CompiledMotion
     method: str
     dense: Any
     ends: float
@@ -75,18 +79,18 @@ class Adapted:
         count = min(max(SAMPLES, SAMPLES_OF_STEP * self.steps), MOST_SAMPLES)
         return np.linspace(0.0, self.ends, count + 1)
 
-    def trajectory(self, system: CompiledMotion, t: Array) -> Trajectory:
+    def trajectory(self, t: Array) -> Trajectory:
         """Return the states and torques at times (N,)."""
-        y = self.dense(t).T
+        y, system = self.dense(t).T, self.system
         motion = system.states(t, y, system.reference.at_start)
         blocks, step = motion.with_blocks(tau=system.torques(motion, y)).blocks, self.ends / self.steps
         return Trajectory(blocks, t, self.method, step, self.steps, self.seconds)
 
 
 def method_for(system: CompiledMotion) -> str:
-    """Return Radau where a pole at the start is fast over the motion, else DOP853."""
+    """Return Radau where a pole at the start is fast over the motion, else the explicit method."""
     poles = np.linalg.eigvals(system.jacobian(0.0, system.start, system.reference.at_start))
-    return "Radau" if np.abs(poles).max(initial=0.0) * system.reference.duration > STIFF else "DOP853"
+    return "Radau" if np.abs(poles).max(initial=0.0) * system.reference.duration > STIFF else system.explicit
 
 
 def integrate(
@@ -101,13 +105,13 @@ def integrate(
 
     Raises `InputError` where steps get too small or many.
     """
+    system = system.begun()
     reference, watch = system.reference, Watch(levels)
     began, duration = time.perf_counter(), reference.duration
     right = _FromLastStep(system)
-    solver = _solver(right, method, precision)
+    steps = _steps(right, method, precision)
     times, pieces, found = [0.0], list[Any](), list[Crossing]()
-    while solver.status == "running":
-        failure = solver.step()
+    for solver, failure in steps:
         if failure or not np.isfinite(solver.y).all() or len(times) > MOST_STEPS:
             _refuse_lost_loops(system, times, pieces)
             when = f"{solver.t:.4g} s"
@@ -126,7 +130,7 @@ def integrate(
     ends = found[0].t if stop and found else duration
     solution = for_vibrations("scipy.integrate").OdeSolution(times, pieces)
     passed = (time.perf_counter() - began) / len(pieces)
-    return Adapted(method, solution, ends, len(pieces), passed, tuple(found[:1] if stop else found))
+    return Adapted(system, method, solution, ends, len(pieces), passed, tuple(found[:1] if stop else found))
 
 
 def _refuse_lost_loops(system: CompiledMotion, times: Sequence[float], pieces: Sequence[Any]) -> None:
@@ -165,20 +169,29 @@ class _FromLastStep:
         self._near = self.system.states(np.array([t]), y[None], self._near)[0]
 
 
-def _solver(right: _FromLastStep, method: str, precision: float) -> Any:
+def _steps(right: _FromLastStep, method: str, precision: float) -> Iterator[tuple[Any, Any]]:
+    """Yield the solver after each step, and the reason where one failed; it begins anew in each interval.
+
+    Steps of a short interval are its halves, quarters ... for higher precisions, which tell errors only if they differ.
+    """
     system = right.system
-    duration = system.reference.duration
     more = {"jac": right.jacobian} if method == "Radau" else {}
-    return getattr(for_vibrations("scipy.integrate"), method)(
-        right.rate,
-        0.0,
-        system.start,
-        duration,
-        rtol=precision,
-        atol=ABSOLUTE * precision * system.sizes,
-        max_step=duration / LONGEST,
-        **more,
-    )
+    longest, y, step = system.reference.duration / LONGEST, system.start, None
+    pieces = 2 ** max(0, round(np.log10(PRECISIONS[0] / precision) / 2))
+    for number, (begins, ends) in enumerate(system.intervals):
+        system.begin(number, begins, y)
+        solver = getattr(for_vibrations("scipy.integrate"), method)(
+            *(right.rate, begins, y, ends),
+            rtol=precision,
+            atol=ABSOLUTE * precision * system.sizes,
+            max_step=min(longest, (ends - begins) / pieces),
+            first_step=None if step is None else min(step, ends - begins),
+            **more,
+        )
+        while solver.status == "running":
+            yield solver, solver.step()
+            step = solver.step_size
+        y = solver.y
 
 
 def simulate_adaptively(
@@ -206,23 +219,23 @@ def simulate_adaptively(
             announce(f"{method}, {precision:.0e}")
             runs.append(integrate(system, method, precision, levels, stop, progress))
             if len(runs) > 1:
-                found = _compared(simulating, system, *runs[-2:])
+                found = _compared(simulating, *runs[-2:])
                 if relative(found.errors, found.tolerance) <= 1:
                     break
         return found
 
 
-def _compared(simulating: Simulating, system: CompiledMotion, coarse: Adapted, fine: Adapted) -> Simulation:
+def _compared(simulating: Simulating, coarse: Adapted, fine: Adapted) -> Simulation:
     """Return the coarse motion; its errors are its distance from the fine one."""
     reference, observer = simulating.reference, simulating.observer
     t = coarse.samples
-    trajectory = coarse.trajectory(system, t)
+    trajectory = coarse.trajectory(t)
     refuse_lost_loops(reference, trajectory)
     refuse_turned(reference, trajectory)
     motion = observer.motion(trajectory)
     outputs = observer.outputs(motion)
     common = np.minimum(t, fine.ends)
-    exact = observer.outputs(observer.motion(fine.trajectory(system, common)))
+    exact = observer.outputs(observer.motion(fine.trajectory(common)))
     errors = dict(zip(simulating.names, np.abs(outputs - exact).max(axis=0).tolist(), strict=True))
     deviation = simulating.deviation(motion, outputs)
     return Simulation(

@@ -2,8 +2,9 @@
 
     z_j' = A_j z_j + B_j (Kv (r - q_m) + kfv rd - qd_m) + B_a kfa rdd,    tau_j = tau_0 + C_j z_j + D_j (...)
 
-Dead times are approximations of Pade of order 2, a hold counts half a period. tau_0 is the torque that holds the
-machine at the start, which an integral part or the weight's compensation has then.
+q_m is the motor's position, or that of a load over what it changes with the motor at the start. Dead times are
+approximations of Pade of order 2. tau_0 is the torque that holds the machine at the start, which an integral part or
+the weight's compensation has then. Drives with a period are in `sampled_drives`.
 """
 
 from __future__ import annotations
@@ -14,16 +15,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symoro_elastic.analysis.control.closed_loop import drive_system
+from symoro_elastic.analysis.control.closed_loop import DriveSystem, drive_system
+from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.right_side import CompiledMotion
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.models.state import State
 
 
-class _Known(NamedTuple):
-    """What drives know at times (N,): how far motors are behind, their rates, rates of the set points, all (N, m)."""
+class Known(NamedTuple):
+    """What drives know at times t (N,): how far motors are behind, their rates, rates of set points, all (N, m)."""
 
+    t: Array
     behind: Array
     xd: Array
     rd: Array
@@ -39,9 +42,17 @@ class DrivenMotion(CompiledMotion):
             what = "drives of a machine on a floating base are not simulated: give servos"
             raise reference.prescribed.error("drives", what)
         super().__init__(reference, folder)
-        self.drives = [drive_system(one) for one in reference.drives]
+        self.drives = self.systems()
         ends = np.cumsum([0, *(len(one.A) for one in self.drives)]) + 2 * len(self.free)
         self.parts = [slice(first, last) for first, last in pairwise(ends)]
+        names = tuple(load.signal for load in reference.loads if load)
+        self._observer = Observer(reference.machine, reference, names) if names else None
+        self._loaded = [k for k, load in enumerate(reference.loads) if load]
+        self._ratios = np.array([load.ratio for load in reference.loads if load])
+
+    def systems(self) -> list[DriveSystem]:
+        """Return the drives as linear systems, in order of motors."""
+        return [drive_system(one) for one in self.reference.drives]
 
     @property
     def start(self) -> Array:
@@ -65,24 +76,39 @@ class DrivenMotion(CompiledMotion):
         """Return y'."""
         motion = self.states(np.array([t]), y[None], near)
         known = self._known(motion)
-        behind, slower, (rd,), (rdd,) = known.behind[0], known.xd[0], known.rd, known.rdd
-        rates = [
+        qdd = self.call(self.dynamics, motion.with_blocks(tau=self._torques(known, y[None])))["qdd"][0]
+        return np.concatenate([motion.qd[0], qdd, *self._rates(known, y)])
+
+    def _rates(self, known: Known, y: Array) -> list[Array]:
+        """Return the rates of the drives' states, in order of motors."""
+        behind, faster, (rd,), (rdd,) = known.behind[0], known.xd[0], known.rd, known.rdd
+        return [
             one.A @ y[part]
             + one.by_position * behind[k]
-            - one.by_velocity * slower[k]
+            - one.by_velocity * faster[k]
             + one.by_set_velocity * rd[k]
             + one.by_set_acceleration * rdd[k]
             for k, (one, part) in enumerate(zip(self.drives, self.parts, strict=True))
         ]
-        qdd = self.call(self.dynamics, motion.with_blocks(tau=self._torques(known, y[None])))["qdd"][0]
-        return np.concatenate([motion.qd[0], qdd, *rates])
 
-    def _known(self, motion: Motion) -> _Known:
+    def _known(self, motion: Motion) -> Known:
         x, xd = self.of_motors(motion)
         r, rd, rdd = self.reference.at(motion.t)
-        return _Known(r - x, xd, rd, rdd)
+        return Known(motion.t, r - self.controlled(motion, x), xd, rd, rdd)
 
-    def _torques(self, known: _Known, y: Array) -> Array:
+    def controlled(self, motion: Motion, x: Array) -> Array:
+        """Return the positions (N, m) that are controlled: x of the motors, or of loads over their ratios."""
+        if self._observer is None:
+            return x
+        start = self.reference.start
+        blocks = {"q": np.vstack([start.q, motion.q]), "qd": np.vstack([start.qd, motion.qd])}
+        found = self._observer.outputs(Motion(blocks, np.append(0.0, motion.t)))
+        at_start = self.reference.motors_at_start
+        x = x.copy()
+        x[:, self._loaded] = at_start[self._loaded] + (found[1:] - found[0]) / self._ratios
+        return x
+
+    def _torques(self, known: Known, y: Array) -> Array:
         found = np.tile(self.reference.start.torques, (len(y), 1))
         for k, (one, part) in enumerate(zip(self.drives, self.parts, strict=True)):
             by_position, by_rate, by_acceleration = one.of_set_point
@@ -91,7 +117,7 @@ class DrivenMotion(CompiledMotion):
         return found
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
-        """Return dy'/dy; of drives on dependent joints the change of S_m is left out."""
+        """Return dy'/dy; of drives on dependent joints the change of S_m is left out, loads stand for their motors."""
         motion = self.states(np.array([t]), y[None], near)
         M, D, K = self.matrices(motion, y[None])
         n, S_m = len(M), self.slopes(motion)

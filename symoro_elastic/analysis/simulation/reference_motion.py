@@ -13,11 +13,13 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
+from symoro_elastic.analysis.control.driven_machine import load_ratio, refuse_velocities
 from symoro_elastic.analysis.simulation.motor_coordinates import MotorCoordinates, with_motors_that_follow_exactly
 from symoro_elastic.analysis.simulation.moving_base import held_machine, rows, start_of_base
 from symoro_elastic.analysis.time_series.preparation import LONGEST_GAP
 from symoro_elastic.analysis.time_series.reading import place_of_sample
 from symoro_elastic.analysis.vibration.comparison_motion import COEFFICIENTS, SPLINE_DEGREE
+from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.analysis.vibration.reference_trajectory import ReferenceTrajectory, read_samples
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -59,12 +61,21 @@ class Motion(Blocks):
 
 
 @dataclass(frozen=True)
+class MeasuredLoad:
+    """A position that a drive controls in place of its motor's: a signal, and what it changes with the motor."""
+
+    signal: str
+    ratio: float
+
+
+@dataclass(frozen=True)
 class Reference:
     """Wanted motion of the motors of `machine`, in the order of tau, over `duration` s from 0. SI units, radians.
 
     `start` has the springs at their equilibrium, and the motors at the position and the velocity of the motion.
     `servo` holds the gains kp and kd (m,), in N m/rad and N m s/rad or N/m and N s/m; None where motors follow exactly.
-    `drives` are those of the motors where the motion takes them; then gains are zero.
+    `drives` are those of the motors where the motion takes them; then gains are zero. `loads` are what they measure in
+    place of their motors.
     `base` holds the blocks of the base at the start, and the wrench on it; none where it is fixed.
     Where motors are on dependent joints, `viewed` is where the coordinates of `view` start.
     """
@@ -75,6 +86,7 @@ class Reference:
     servo: tuple[Array, Array] | None
     record: Record | None = None
     drives: tuple[Cascade, ...] = ()
+    loads: tuple[MeasuredLoad | None, ...] = ()
     base: Mapping[str, Array] = field(default_factory=dict)
     view: MotorCoordinates | None = None
     viewed: Array | None = None
@@ -108,7 +120,7 @@ class Reference:
         """Return y, yd, ydd, yddd (N, m) at times (N,)."""
         t = np.asarray(t, dtype=float)
         motion = np.zeros((4, len(t), len(self.motors)))
-        motion[0] = self._motors_at_start if self.record is None else 0.0
+        motion[0] = self.motors_at_start if self.record is None else 0.0
         for column, motor in enumerate(self.motors):
             motion[:, :, column] += self._moved(motor, t)
         y, yd, ydd, yddd = motion
@@ -147,7 +159,8 @@ class Reference:
         return JointCoordinates(self.machine, self.machine.motors)
 
     @cached_property
-    def _motors_at_start(self) -> Array:
+    def motors_at_start(self) -> Array:
+        """Positions (m,) of the motors at the start."""
         x, _ = self.of_motors(Blocks({"q": self.start.q[None], "qd": self.start.qd[None]}))
         found: Array = x[0]
         return found
@@ -217,8 +230,9 @@ def reference_of(
     if view and record and not start.sought:
         _refuse_other_start(view, prescribed, start)
     drives = tuple(_drives(machine, motion, prescribed)) if prescribed.drives else ()
+    loads = tuple(_loads(machine, motion, start)) if drives else ()
     servo = (np.zeros(len(drives)), np.zeros(len(drives))) if drives else _gains(motion, prescribed, start)
-    reference = Reference(followed, prescribed, start, servo, record, drives, base)
+    reference = Reference(followed, prescribed, start, servo, record, drives, loads, base)
     if view and followed is machine:
         reference = replace(reference, start=_viewed(view, start), view=view, viewed=start.q)
     _refuse_large(reference)
@@ -328,17 +342,30 @@ def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedM
     for name in motion.motor_names:
         if name not in known:
             raise prescribed.error("drives", f"{name} has none: give one to all motors below [drives]")
-        if known[name].measured != MOTOR:
-            what = f"{name}: a position that is measured at {known[name].measured} is not simulated: leave it out"
-            raise machine.error("drives, measured", what)
         one = cascade_of(name, known[name], motion.parameters, machine.label)
         if one.sought:
             what = f'{name}: {", ".join(one.sought)} "tuned" is not known yet: find it by control --save'
             raise machine.error("drives", what)
-        if one.set_point or one.torque_limit < np.inf:
+        if known[name].period is None and (one.set_point or one.torque_limit < np.inf):
             key = "set_point" if one.set_point else "limits"
-            raise machine.error(f"drives, {name}, {key}", "is not simulated: leave it out")
+            raise machine.error(f"drives, {name}, {key}", "is simulated of drives with a period: give one, as 1e-3")
         yield one
+
+
+def _loads(machine: Machine, motion: EquationsOfMotion, start: State) -> Iterator[MeasuredLoad | None]:
+    """Yield what the drives of all motors measure, None for their motors; raises `InputError`."""
+    known = drives_of(machine).by_motor
+    signals = [known[name].measured for name in motion.motor_names]
+    loads = [name for name in dict.fromkeys(signals) if name != MOTOR]
+    if not loads:
+        yield from (None for _ in signals)
+        return
+    if motion.machine.is_coupled:
+        raise machine.error("drives, measured", "positions of the load are not simulated where joints are coupled")
+    refuse_velocities(motion, loads)
+    linear = linearize(motion, start, (), loads)
+    for name, signal, velocity in zip(motion.motor_names, signals, linear.motors, strict=True):
+        yield None if signal == MOTOR else MeasuredLoad(signal, load_ratio(linear, name, velocity, signal))
 
 
 def _law(servo: Servo, m: float) -> tuple[float, float]:

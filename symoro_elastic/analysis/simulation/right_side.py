@@ -7,8 +7,10 @@ M, D, K are those of the model `linearization`, with the gains of servos; y hold
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Self
 
 import numpy as np
 
@@ -35,6 +37,8 @@ class CompiledMotion:
     """The right side of a motion and its derivatives."""
 
     linear_models: tuple[str, ...] = ("linearization",)
+    explicit = "DOP853"
+    """The method where it is not stiff."""
 
     def __init__(self, reference: Reference, folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
@@ -61,6 +65,18 @@ class CompiledMotion:
     def sizes(self) -> Array:
         """Sizes of the entries of y that errors are compared with."""
         return np.ones_like(self.start)
+
+    @property
+    def intervals(self) -> Iterable[tuple[float, float]]:
+        """The times between which the right side is smooth."""
+        return [(0.0, self.reference.duration)]
+
+    def begun(self) -> Self:
+        """Return the motion from its start."""
+        return self
+
+    def begin(self, number: int, t: float, y: Array) -> None:
+        """Take the interval of this number, which begins at t with y."""
 
     def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
         """Return q, qd (N, n) of all joints at times (N,) and y (N, 2 f)."""

@@ -206,7 +206,7 @@ def test_loops_without_closed_form_are_assembled_along_the_motion(tmp_path: Path
     machine = replace(sticking, joints=tuple(loose))
     system = CompiledMotion(moved(machine, 0.05, {"drive": (0.02, 0.04)}), tmp_path)
     t = np.linspace(0, 0.05, 6)
-    one, other = (integrate(system, name, 1e-6).trajectory(system, t) for name in ("DOP853", "Radau"))
+    one, other = (integrate(system, name, 1e-6).trajectory(t) for name in ("DOP853", "Radau"))
     assert (np.abs(one.q - other.q) <= 1e-4 * np.ptp(one.q, axis=0)).all()
     np.testing.assert_allclose(one.q_dep, Followed(machine, given_values(machine)).at(one.q), rtol=0, atol=1e-12)
 
@@ -229,7 +229,7 @@ def test_the_right_side_of_assembled_loops_is_the_same_whatever_was_called_befor
 
 def adapted(reference: Reference, method: str, precision: float, tmp_path: Path, t: Array) -> Array:
     system = CompiledMotion(reference, tmp_path / method)
-    trajectory = integrate(system, method, precision).trajectory(system, t)
+    trajectory = integrate(system, method, precision).trajectory(t)
     return Observer(reference.machine, reference, ("shoulder.q", "elbow.q")).outputs(
         Observer(reference.machine, reference, ()).motion(trajectory)
     )
