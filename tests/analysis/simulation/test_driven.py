@@ -21,7 +21,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 
 def drive(**changes: Any) -> dict[str, Any]:
     """A motor with drive, spring and load; linear."""
-    given = {"Kv": 20, "Kp": 2.5, "Tn": 0.02, "current": {"lag": 4e-4}, "period": 2.5e-4} | changes
+    given = {"Kv": 20, "Kp": 2.5, "Tn": 0.02, "current": {"lag": 4e-4}, "dead_time": 3.75e-4} | changes
     return {
         "name": "drive",
         "joints": [
@@ -47,7 +47,12 @@ def scene(**changes: Any) -> dict[str, Any]:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    "changes", [{}, {"Tn": 0.05, "filters": [{"notch": 35, "depth": 0.1, "width": 0.6}, {"lowpass": 300, "order": 2}]}]
+    "changes",
+    [
+        {},
+        {"Tn": 0.05, "filters": [{"notch": 35, "depth": 0.1, "width": 0.6}, {"lowpass": 300, "order": 2}]},
+        {"measured": "arm.rz", "Kv": 10},
+    ],
 )
 def test_a_linear_machine_moves_as_its_closed_loops_do(changes: dict[str, Any]) -> None:
     """By scipy on A of `control`, whose poles are those of python-control elsewhere."""
@@ -115,7 +120,8 @@ def test_derivatives_are_those_of_the_right_side(tmp_path: Path) -> None:
         (drive(), {}, {}, "motion, drives: motors with drives need steps that are adapted: simulate with adaptive"),
         (drive(Kp="tuned"), {}, {"adaptive": True}, 'motor: Kp "tuned" is not known yet: find it by control --save'),
         (drive() | {"drives": {}}, {}, {"adaptive": True}, "motor has none: give one to all motors below [drives]"),
-        (drive(measured="arm.rz"), {}, {"adaptive": True}, "a position that is measured at arm.rz is not simulated"),
+        (drive(limits={"torque": 3}), {}, {"adaptive": True}, "motor, limits: is simulated of drives with a period"),
+        (drive(set_point={"lowpass": 9}), {}, {"adaptive": True}, "motor, set_point: is simulated of drives with a"),
         (drive(), {"servo": {"motor": {"kp": 1, "kd": 1}}}, {"adaptive": True}, "motors have drives or servos"),
     ],
 )
