@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.body import Dialect, Writer, c_continued
@@ -21,6 +21,8 @@ LONGEST_BLOCK = 4000
 OWN_FUNCTIONS = (SIGN, ATAN2)
 """Operations that Structured Text has no function for."""
 PREPARED, WORK = "prepared", "work"
+NEXT, START, AT_REST = "_next", "_start", "at_rest"
+"""What results end with that are arguments a period later, and models that give these arguments at the start."""
 ABSURD = 1e30
 """What a parameter without a value begins with: results show that it was not given. It is in the range of REAL."""
 ST = Dialect("", ";", lambda text: f"(* {in_comment(text)} *)", c_continued, {})
@@ -131,11 +133,17 @@ class StFunction:
         """`longest` is the most statements of a block."""
         self.form, self.package, self.longest = form, form.package, longest
         self.name, self.about = form.name(function.name), function_context(function)
-        self.names = StNames((PREPARED, WORK), self.package.name)
+        self.names = StNames((PREPARED, WORK, AT_REST), self.package.name)
         self.arguments = [*map(self._array, function.arguments)]
         self.results = [*map(self._array, function.results)]
         read = [p for p in self.package.parameters if p.symbol in function.program.used]
         self.parameters = {self.names.give(p.symbol): p for p in read}
+        given = {one.name: array for one, array in zip(function.arguments, self.arguments, strict=True)}
+        ends = zip(function.results, self.results, strict=True)
+        same = {array.name: given.get(one.name.removesuffix(NEXT)) for one, array in ends if one.name.endswith(NEXT)}
+        self.kept = {name: array for name, array in same.items() if array and array.length}
+        """Arguments that are states, by the results that are the same later: the block keeps them."""
+        self.starting = next((f for f in self.package.functions if f.name == f"{function.name}{START}"), None)
         self.function = self._named(function)
         self.program = self.function.program
         self.printer = StPrinter(self.function, form)
@@ -143,17 +151,17 @@ class StFunction:
 
     def blocks(self) -> list[StBlock]:
         """Return the parts of a long model, then the block that users call."""
-        results = self._stored()
-        at_end = frozenset(self.printer.referenced)
         steps = [Step(one, self.printer.text_of(one).names) for one in self.program.statements]
+        results = self._stored(in_parts=False)
+        at_end = frozenset(self.printer.referenced)
         parts, slots = partition(steps, at_end, self.longest)
         entries = {symbol: f"{a.name}[{k}]" for a, x in self._inputs() for k, symbol in enumerate(x)}
         if len(parts) == 1:
             lines = [self._copy(symbol, entry) for symbol, entry in entries.items() if symbol in parts[0].uses]
-            body = [*lines, *self._once(), *self.writer.statements(self.program.statements), *results]
+            body = [*self._started(), *lines, *self._once(), *self.writer.statements(self.program.statements), *results]
             made = [s.name for s in self.program.statements]
             return [self._block(body, [*(x for x in entries if x in parts[0].uses), *made])]
-        return self._in_parts(parts, slots, entries, results)
+        return self._in_parts(parts, slots, entries, self._stored(in_parts=True))
 
     def _array(self, array: Argument | Result) -> StArray:
         length = array.size if isinstance(array, Argument) else math.prod(array.shape)
@@ -194,33 +202,67 @@ class StFunction:
         inside = [f"{INDENT}{line}" for line in self.writer.statements(self.program.once)[1:]]
         return [f"{INDENT}IF NOT {PREPARED} THEN", *inside, f"{INDENT * 2}{PREPARED} := TRUE;", f"{INDENT}END_IF;"]
 
-    def _stored(self) -> list[str]:
-        """Lines that store the results."""
+    def _started(self) -> list[str]:
+        """Lines that put the states of the block to rest where they are asked to."""
+        if not self.kept or not self.starting:
+            return []
+        names = {one.name: array.name for one, array in zip(self.function.arguments, self.arguments, strict=True)}
+        other = StFunction(self.form, self.starting)
+        given = zip(self.starting.arguments, other.arguments, strict=True)
+        call = ", ".join(f"{array.name} := {names[one.name]}" for one, array in given)
+        lines = [f"{AT_REST}({call});", *(f"{one.name} := {AT_REST}.{one.name};" for one in self.kept.values())]
+        asked = self.names.give(START[1:])
+        return [f"{INDENT}IF {asked} THEN", *(f"{INDENT * 2}{line}" for line in lines), f"{INDENT}END_IF;"]
+
+    @property
+    def _state_lines(self) -> list[str]:
+        """Declarations of the states that the block keeps."""
+        lines = [line for one in self.kept.values() for line in one.declared]
+        if self.kept and self.starting:
+            lines.append(f"{INDENT * 2}{AT_REST} : {self.form.name(self.starting.name)};")
+        return lines
+
+    def _stored(self, *, in_parts: bool) -> list[str]:
+        """Lines that store the results; states in their own array, unless they pass between parts."""
         lines = ["", f"{INDENT}(* Results. *)"]
         for array, output in zip(self.results, self.program.outputs, strict=True):
             for k, x in enumerate(output.entries):
-                lines += statement(f"{INDENT}{array.name}[{k}] := ", self.printer.value(x))
+                name = array.name if in_parts else self.kept.get(array.name, array).name
+                lines += statement(f"{INDENT}{name}[{k}] := ", self.printer.value(x))
         return lines
 
     def _block(self, body: Iterable[str], names: Sequence[str], more: Sequence[str] = ()) -> StBlock:
         """The block that users call, with variables of these names, and `more` that are declared already."""
         once, missing = [s.name for s in self.program.once], self.missing
-        variables = [*more, *declared([*once, *names], self.form.type)]
+        variables = [*more, *self._state_lines, *declared([*once, *names], self.form.type)]
         variables += [f"{INDENT * 2}{PREPARED} : BOOL := FALSE;"] if once and not missing else []
         return StBlock(
             self.name,
             self._about(),
-            inputs=tuple(a for a in self.arguments if a.length),
-            results=tuple(a for a in self.results if a.length),
+            inputs=tuple(self._given()),
+            results=tuple(a for a in self.results if a.length and a.name not in self.kept),
             given=tuple(parameter_line(x, p, self.form) for x, p in self.parameters.items() if x in missing),
             parameters=tuple(parameter_line(x, p, self.form) for x, p in self.parameters.items() if x not in missing),
             variables=tuple(variables),
             body=tuple(body),
         )
 
+    def _given(self) -> Iterator[StArray]:
+        """Yield the inputs of the block that users call."""
+        if self._started():
+            meaning = "TRUE at the first call: states begin at rest at the set point, under the torque tau"
+            yield StArray(self.names.give(START[1:]), "BOOL", 1, meaning)
+        yield from (a for a in self.arguments if a.length and a not in self.kept.values())
+
     def _about(self) -> tuple[str, ...]:
         """Title, equations, operations, and what is to be known of arguments and results."""
-        others = [line for line in self.about["documented"] if ": " in line and not line.startswith("->")]
+        whole: list[str] = []
+        for line in self.about["documented"]:
+            if ": " in line:
+                whole.append(line)
+            elif whole and whole[-1].endswith(","):
+                whole[-1] += f" {line.strip()}"
+        others = [line for line in whole if not line.startswith("->")]
         own = {f"{a.name} (" for a in self.function.arguments}
         remarks = [line for line in others if not line.startswith(tuple(own))] if own else others
         return f"{self.about['title']} {self.about['equations']}.", self.about["counts"], *remarks
@@ -241,10 +283,11 @@ class StFunction:
         ]
         body = [f"{INDENT}{WORK}[{k}] := {entries.get(name, name)};" for name, k in places.items()]
         calls = [f"{INDENT}part{k}({WORK} := {WORK});" for k in range(1, len(blocks) + 1)]
-        copied = [f"{INDENT}{a.name} := part{len(blocks)}.{a.name};" for a in self.results if a.length]
+        last = f"part{len(blocks)}"
+        copied = [f"{INDENT}{self.kept.get(a.name, a).name} := {last}.{a.name};" for a in self.results if a.length]
         own = [f"{INDENT * 2}part{k} : {block.name};" for k, block in enumerate(blocks, start=1)]
         own += [f"{INDENT * 2}{WORK} : {work.type};"]
-        return [*blocks, self._block([*self._once(), *body, *calls, *copied], [], own)]
+        return [*blocks, self._block([*self._started(), *self._once(), *body, *calls, *copied], [], own)]
 
     def _part(self, number: int, part: Part, places: dict[str, int], work: StArray, results: Sequence[str]) -> StBlock:
         """A part: what it needs is read from the array, what others need is written there."""

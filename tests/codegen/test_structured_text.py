@@ -16,6 +16,7 @@ import pytest
 
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
+from symoro_elastic.codegen.st_function import LONGEST_BLOCK
 from symoro_elastic.codegen.st_lines import MOST_OPERATORS, WIDTH, in_comment, statement
 from symoro_elastic.codegen.st_names import LONGEST_NAME, RESERVED, StNames
 from symoro_elastic.codegen.targets.c import render_c
@@ -26,11 +27,13 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.implementations import numpy_model
 from tests.closed_chains.machines import without_closed_form
 from tests.codegen.test_local_names import arm
 from tests.generated_code import compiled
 from tests.models.test_creep import creeping
 from tests.octave import ulps
+from tests.references.controlled import controlled
 from tests.structured_text import (
     Array,
     Block,
@@ -84,6 +87,7 @@ CASES: dict[str, tuple[Callable[[], Machine], Scene]] = {
     "floating base": (lambda: example("floating_arm.toml"), Scene(models=("direct_dynamics", "velocities"))),
     "inverse model": (lambda: example("puma560_measured.toml"), Scene(models=("inverse_geometric_model",))),
     "dry friction": (lambda: example("pendant_arm.urdf"), Scene(models=DYNAMIC)),
+    "controllers": (controlled, Scene(models=("control",))),
 }
 
 
@@ -375,6 +379,34 @@ def test_a_model_in_parts_has_the_same_bits(tmp_path: Path) -> None:
     assert all(block.body.count(":=") <= 40 + 2 * 60 for block in parts)
     off = equal_to_c(made, partial(interpreted, made), in_c(asked, tmp_path), 2)
     assert off == dict.fromkeys(off, 0.0)
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        pytest.param(lambda made, folder: partial(interpreted, made), id="interpreter"),
+        pytest.param(by_strucpp, marks=[needs_strucpp, pytest.mark.thorough], id="strucpp"),
+        pytest.param(by_matiec, marks=[needs_matiec, pytest.mark.thorough], id="matiec"),
+    ],
+)
+@pytest.mark.parametrize("longest", [LONGEST_BLOCK, 6])
+def test_controllers_keep_their_states(run: Callable[[str, Path], Runs], longest: int, tmp_path: Path) -> None:
+    """A block over 300 periods, begun at rest twice: the bits of numpy, whose states the caller keeps."""
+    (made,) = render_st(package("controllers"), DOUBLE, longest).values()
+    file, code = parsed(made), numpy_model(controlled(), ("control", "control_start"))
+    block = file.blocks["ball_screw_control"]
+    assert "zc" in [name for name, _, _ in block.sections["var"]]
+    names = ("measured", "speed", "r", "rd", "rdd", "tau")
+    drawn = np.random.default_rng(8).normal(size=(300, 6)) * (1, 5, 1, 5, 100, 10)
+    begins = np.isin(np.arange(300), (0, 170))
+    given = {"r_1" if name == "r" else name: drawn[:, [k]] for k, name in enumerate(names)}
+    found = run(made, tmp_path)(block.name, {"start": begins[:, None].astype(float), **given})["u"]
+    zc = np.zeros(0)
+    for k, row in enumerate(drawn):
+        entries = [np.array([x]) for x in row]
+        zc = code.control_start(*entries[2:]) if begins[k] else zc
+        u, zc = code.control(*entries, zc)
+        assert np.array_equal(found[k], u), k
 
 
 def test_arc_tangent_and_sign() -> None:

@@ -9,7 +9,7 @@ from symoro_elastic.codegen.local_names import with_local_names, with_own_result
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
-from symoro_elastic.codegen.st_function import LONGEST_BLOCK, StBlock, StForm, StFunction
+from symoro_elastic.codegen.st_function import LONGEST_BLOCK, START, StBlock, StForm, StFunction
 from symoro_elastic.codegen.st_lines import comment
 from symoro_elastic.codegen.st_steps import step_blocks
 from symoro_elastic.codegen.target import Target
@@ -36,7 +36,10 @@ def render_st(package: Package, precision: Precision = DOUBLE, longest: int = LO
     type_, suffix = TYPES[precision.name]
     package = with_local_names(with_own_results(package), ())
     form = StForm(package, type_, suffix)
-    functions = {f.name: StFunction(form, f, longest) for f in package.functions}
+    ordered = sorted(
+        package.functions, key=lambda f: not f.name.endswith(START)
+    )  # blocks are declared before their use
+    functions = {f.name: StFunction(form, f, longest) for f in ordered}
     blocks = [block for function in functions.values() for block in function.blocks()]
     blocks += step_blocks(form, functions, package.source or package.name)
     context = {
