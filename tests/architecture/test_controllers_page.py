@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,18 +16,20 @@ from symoro_elastic.codegen.targets.st import render_st
 from symoro_elastic.formats import read_machine
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.numerics.implementations import import_package
+from symoro_elastic.numerics.implementations import import_package, numpy_model
 from tests.documented_pages import beside_examples, wrong_blocks
 from tests.golden import ROOT
-from tests.structured_text import Array, by_matiec, by_strucpp, interpreted, needs_matiec, needs_strucpp
+from tests.references.controlled import controlled
+from tests.structured_text import Array, Runs, by_matiec, by_strucpp, interpreted, needs_matiec, needs_strucpp
 
 PAGE = (ROOT / "docs" / "controllers.md").read_text(encoding="utf-8")
 SET = {"x": 300.0, "vx": 500.0, "ax": 2000.0}
 
 
-def block(language: str) -> str:
-    (found,) = re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
-    return str(found)
+def block(language: str, number: int = 0) -> str:
+    found = re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)
+    assert len(found) == (2 if language == "iecst" else 1)
+    return str(found[number])
 
 
 def example_of_st() -> str:
@@ -58,7 +62,7 @@ def test_commands_print_what_is_shown(tmp_path: Path) -> None:
 
 
 def test_examples_have_about_ten_lines() -> None:
-    assert len(block("iecst").splitlines()) <= 14
+    assert max(len(block("iecst", k).splitlines()) for k in (0, 1)) <= 14
     assert len(block("hal").splitlines()) <= 10
 
 
@@ -74,6 +78,34 @@ def test_the_program_finds_the_force_of_the_motor(tmp_path: Path) -> None:
 def test_compilers_take_the_program(compiler: object, tmp_path: Path) -> None:
     run = compiler(example_of_st(), tmp_path / "st")  # type: ignore[operator]
     assert run("feed_forward", states())["force"][0, 0] == wanted(tmp_path)[0]
+
+
+def controller_of_st() -> str:
+    """The generated controller, and the program of the page as a block with inputs and a result."""
+    package = programs(controlled(), Scene(models=("control",))).package
+    body = block("iecst", 1).replace("PROGRAM", "FUNCTION_BLOCK").replace("q, qd, r, rd, rdd, hold, torque", "hold")
+    given = "  VAR_INPUT\n    q, qd, r, rd, rdd : ball_screw_motors;\n  END_VAR\n"
+    given += "  VAR_OUTPUT\n    torque : ball_screw_motors;\n  END_VAR\n"
+    return render_st(package)["ball_screw.st"] + "\n" + body.replace("  VAR\n", f"{given}  VAR\n", 1)
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        pytest.param(lambda made, _: partial(interpreted, made), id="interpreter"),
+        pytest.param(by_strucpp, marks=[needs_strucpp, pytest.mark.thorough], id="strucpp"),
+        pytest.param(by_matiec, marks=[needs_matiec, pytest.mark.thorough], id="matiec"),
+    ],
+)
+def test_the_program_of_an_axis_is_the_controller(run: Callable[[str, Path], Runs], tmp_path: Path) -> None:
+    code = numpy_model(controlled(), ("control", "control_start"))
+    drawn = np.random.default_rng(3).normal(size=(20, 5, 1))
+    zc = code.control_start(*drawn[0, 2:], [0.0])
+    given = dict(zip(("q", "qd", "r", "rd", "rdd"), drawn.transpose(1, 0, 2), strict=True))
+    found = run(controller_of_st(), tmp_path)("drive_axis", given)["torque"]
+    for k, row in enumerate(drawn):
+        u, zc = code.control(*row, [0.0], zc)
+        assert np.array_equal(found[k], u)
 
 
 def test_pins_and_joints_are_those_of_the_components() -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import shutil
+import subprocess
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +22,11 @@ from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.motions import Integrating, plan
 from symoro_elastic.codegen.compile import compile_library, load_library
 from symoro_elastic.codegen.targets.c import render_c
+from symoro_elastic.formats import read_machine, read_scene
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.drives import Drives
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.state import State
 from symoro_elastic.models.traced import trace_models
@@ -235,3 +240,24 @@ def test_what_is_not_simulated_is_refused(changes: dict[str, Any], what: str) ->
     with pytest.raises(InputError) as error:
         se.simulate(sampled(**({"dead_time": PERIOD} | changes)), scene(), adaptive=True)
     assert what in str(error.value)
+
+
+@pytest.mark.thorough
+def test_the_loop_of_the_example_ends_where_the_simulation_does(tmp_path: Path) -> None:
+    """Its steps of order 3 are right to the digits that it prints."""
+    tuned, _ = read_machine(EXAMPLES / "ball_screw.toml")
+    gains = {"Kv": 81.764, "Kp": 3.44854, "Tn": 0.0033896}
+    own = replace(tuned.drives.by_motor["motor"], **{key: Formula.parse(x) for key, x in gains.items()})
+    machine = replace(tuned, drives=Drives({"motor": own}))
+    scene = read_scene(EXAMPLES / "scenes/ball_screw_drives.toml", machine)
+    for name, text in render_c(trace_models(machine, scene).package).items():
+        (tmp_path / name).write_text(text)
+    program, source = tmp_path / "axis", EXAMPLES / "control_ball_screw.c"
+    flags = ["-std=c99", "-Wall", "-Werror", "-O2", "-ffp-contract=off", f"-I{tmp_path}"]
+    compiler = shutil.which("gcc") or "clang"
+    subprocess.run([compiler, *flags, source, tmp_path / "ball_screw.c", "-lm", "-o", program], check=True)
+    printed = subprocess.run([program], check=True, capture_output=True, text=True).stdout.splitlines()[-1]
+    move = {"duration": 0.1, "moves": [{"motor": "motor", "by": 2, "in": 0.06}], "drives": True}
+    system, found = run(machine, move, tmp_path / "plant")
+    torque = max(abs(float(one.u[0])) for one in system.held.samples)
+    assert printed == f"motor {found.dense(0.1)[0]:.6f} rad, set point of the torque up to {torque:.2f} N m"
