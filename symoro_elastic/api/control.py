@@ -14,6 +14,7 @@ from symoro_elastic.foundation.errors import InputError, placed
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.control.control import Control
+    from symoro_elastic.analysis.control.cutting import Cut
     from symoro_elastic.analysis.control.lobes import Lobes
     from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 
@@ -48,22 +49,42 @@ def control(machine: MachineLike, options: Controlling) -> Control:
 def lobes(machine: MachineLike, options: Cutting) -> Lobes:
     """Return the depth of a cut up to which the tool's waves on the surface die out, by spindle speed.
 
-    Loops of [drives] are closed, motors without a drive are held. Raises `InputError`.
+    Loops of [drives] are closed, motors without a drive are held. With `across` it is that of milling, by the mean of
+    the forces over a turn, and with `intervals` by forces that change as teeth turn. Raises `InputError`.
     """
     import numpy as np
 
-    from symoro_elastic.analysis.control.lobes import Cut, lobes_at
+    from symoro_elastic.analysis.control.lobes import lobes_at
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 
     kept = kept_machine(machine, options.scene)
-    cut = Cut(options.cutting, options.teeth, options.direction, options.thickness or options.direction)
+    cut = _cut(options)
     with placed({"--output": "--direction"}):
         motion_of(kept, dict(options.values), (), (cut.direction,))
-    with placed({"--output": "--thickness"}):
-        motion = motion_of(kept, dict(options.values), (), (cut.direction, cut.thickness))
+    with placed({"--output": "--across" if cut.milling else "--thickness"}):
+        motion = motion_of(kept, dict(options.values), (), (*cut.forces, *cut.deflections))
     states = _states(options.along, options.at, motion)
     speeds = np.linspace(*(options.speeds or USUAL_SPEEDS))
-    return lobes_at(motion, states, cut, speeds, options.damping, progress=options.progress)
+    return lobes_at(motion, states, cut, speeds, options.damping, options.intervals, options.progress)
+
+
+def _cut(options: Cutting) -> Cut:
+    """Return the cut of these options; raises `InputError` for those of milling in turning, and the other way round."""
+    from symoro_elastic.analysis.control.cutting import Cut, Milling
+
+    source, milling = "symoro-elastic", None
+    if options.across is None:
+        given = {"--radial": options.radial, "--immersion": options.immersion, "--down": options.down or None}
+        for name in (name for name, value in given.items() if value is not None):
+            raise InputError(source, name, "belongs to milling: name the output across the feed by --across")
+    else:
+        if options.radial is None:
+            raise InputError(source, "--radial", "milling needs it: often a third of --cutting")
+        if options.thickness:
+            raise InputError(source, "--thickness", "in milling it is along --direction and --across: leave it out")
+        immersion = 1.0 if options.immersion is None else options.immersion
+        milling = Milling(options.across, options.radial, immersion, options.down)
+    return Cut(options.cutting, options.teeth, options.direction, options.thickness or options.direction, milling)
 
 
 def _states(

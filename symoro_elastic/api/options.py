@@ -333,11 +333,28 @@ class Cutting(ParametersAndScene):
     """What `lobes` takes."""
 
     direction: str = option(
-        ..., "NAME", "Output along which the cutting force acts: tool.x, 'tool at (0.1, 0, L2).x'.", kinds.TEXT
-    )
+        ..., "NAME", "Output along which the cutting force acts: tool.x, 'tool at (0.1, 0, L2).x'; in milling, along "
+        "which the tool moves through the workpiece.", kinds.TEXT,
+    )  # fmt: skip
     cutting: float = option(
         ..., "K", "Cutting coefficient, N/m2: force per area of the chip (steel some 2e9).", kinds.NUMBER
     )
+    across: str | None = option(
+        None, "NAME", "Milling: the output at right angles to --direction in the plane of the tool's teeth, which move "
+        "from it to --direction (clockwise with x and y).", kinds.TEXT,
+    )  # fmt: skip
+    radial: float | None = option(
+        None, "K", "Milling: coefficient of the radial force, N/m2 (often a third of --cutting).", kinds.NUMBER, least=0
+    )
+    immersion: float | None = option(
+        None, "SHARE", "Milling: radial width of the cut over the diameter of the tool (default 1, a slot).",
+        kinds.NUMBER, above=0, most=1,
+    )  # fmt: skip
+    down: bool = switch("Milling: teeth leave the workpiece with the thinnest chip (default: they enter with it).")
+    intervals: int | None = option(
+        None, "N", "Depths also by semi-discretization with N intervals between two teeth: forces that change as teeth "
+        "turn (default: none).", kinds.WHOLE, least=4, most=2000,
+    )  # fmt: skip
     thickness: str = option(
         "", "NAME", "Output along which the chip gets thicker (default: that of the force).", kinds.TEXT
     )

@@ -51,7 +51,7 @@ def lobes(machine: str, options: Cutting, plots: Plots, as_json: bool) -> None:
     """Waves that the tool leaves on the surface die out below this depth.
 
     Loops of [drives] are closed, motors without a drive are held. Exact for forces of constant direction, as in
-    turning.
+    turning; in milling (--across) by the mean of the forces over a turn, and exact with many --intervals.
     """
     from symoro_elastic.api import control as operations
 

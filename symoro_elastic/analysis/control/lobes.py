@@ -1,50 +1,48 @@
 """Stability lobes of a cut: the depth up to which waves that the tool leaves on the surface die out, by spindle speed.
 
-The force along one direction is K b (h_0 + y(t - T) - y(t)): cutting coefficient K, width of the chip b, thickness h_0,
-and the deflection y now and one tooth ago, T = 60/(teeth times speed). With the response Phi of y to the force the cut
-is at the border of stability where
+Forces are F = K b W (y(t) - y(t - T)), of the deflections now and one tooth ago (`cutting`). With the response Phi of
+the deflections to the forces the cut is at the border of stability where
 
-    1 + K b g(w) = 0,    g(w) = (1 - e^(-i w T)) Phi(i w)
+    1 + K b (1 - e^(-i w T)) L(w) = 0,    L an eigenvalue of -W Phi(i w)
 
-that is at frequencies where g is real and negative; the least b there is the limit, and below -1/(2 K min Re Phi) all
-speeds are stable (Tlusty; Altintas and Budak 1995). It is exact for forces of constant direction, as in turning.
+that is at frequencies where the product is real and negative; the least b there is the limit, and below
+-1/(2 K min Re L) all speeds are stable (Tlusty; Altintas and Budak 1995). It is exact for forces of constant direction,
+as in turning, L = Phi. In milling W is the mean of what changes as teeth turn: for that change, `semi_discretization`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade, laplace
+from symoro_elastic.analysis.control.closed_loop import closed_loop
+from symoro_elastic.analysis.control.cutting import Cut, refuse_wrong
 from symoro_elastic.analysis.control.driven_machine import States, driven_machine
-from symoro_elastic.analysis.control.loops import OpenAxis, least, mechanical_names
+from symoro_elastic.analysis.control.loops import OpenAxis, least, mechanical_names, roots
 from symoro_elastic.analysis.control.plant import Plant, position_row, response_slopes
-from symoro_elastic.analysis.control.tuning import USUAL, Distances
-from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.analysis.control.sampled import sampled_loop
+from symoro_elastic.analysis.control.semi_discretization import TimePeriodicCut
+from symoro_elastic.analysis.control.tuning import USUAL
+from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
-PER_TURN = 60.0
-"""Seconds in a minute: speeds are in turns per minute."""
 IN_A_TURN, MOST_FREQUENCIES = 24, 100_000
 """Frequencies in each turn of e^(-i w T), at least, where there are no more."""
 MOST_SOLVED = 4
 """Borders that are solved for at a speed, those of the least depths at the frequencies beside."""
-
-
-@dataclass(frozen=True)
-class Cut:
-    """Cutting coefficient, N/m2, teeth; the outputs along which the force acts and the chip gets thicker."""
-
-    coefficient: float
-    teeth: int
-    direction: str
-    thickness: str
+GROWS = 1e-7
+"""Of the fastest pole: a motion that grows by less does not."""
+REAL = 1e-6
+"""Of a number at a border: a smaller imaginary part is none."""
+IN_A_WAVE = 20
+"""Intervals of a semi-discretization in a wave: with fewer its depth is off by more than some 2 %."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,8 @@ class Lobe:
     """The limit at one position: `depths` (speeds,), m, and the frequencies of the waves, Hz, at each speed.
 
     `least` is the depth below which all speeds are stable, at the `frequency` of the waves; infinite where nothing
-    limits it. `influences` are d ln least / d ln p by parameter.
+    limits it. `influences` are d ln least / d ln p by parameter. `periodic` (speeds,) are the depths by
+    semi-discretization, where they are wanted.
     """
 
     place: Mapping[str, float]
@@ -61,6 +60,7 @@ class Lobe:
     least: float
     frequency: float
     influences: Mapping[str, float]
+    periodic: Array | None = None
 
     @property
     def strongest(self) -> list[tuple[str, float]]:
@@ -80,15 +80,16 @@ class Lobes(Result):
 
     @property
     def worst(self) -> Array:
-        """The depths (speeds,) that are stable at all positions, m."""
-        found: Array = np.min([place.depths for place in self.places], axis=0)
+        """The depths (speeds,) that are stable at all positions, m: by semi-discretization where they are known."""
+        each = [place.depths if place.periodic is None else place.periodic for place in self.places]
+        found: Array = np.min(each, axis=0)
         return found
 
     @property
     def headline(self) -> str:
         """Machine, directions and speeds."""
         ends = f"{self.speeds[0]:g} to {self.speeds[-1]:g} turns per minute"
-        return f"Stability lobes of {self.machine}: {self.cut.direction}, {len(self.speeds)} speeds from {ends}"
+        return f"Stability lobes of {self.machine}: {', '.join(self.cut.forces)}, {len(self.speeds)} speeds from {ends}"
 
 
 def lobes_at(
@@ -97,93 +98,174 @@ def lobes_at(
     cut: Cut,
     speeds: Array,
     damping: float = 0.0,
-    distances: Distances = USUAL,
+    intervals: int | None = None,
     progress: Progress = no_progress,
 ) -> Lobes:
     """Return the stability limits of a cut at some states; loops of drives are closed, other motors are held.
 
-    Gains that the file leaves to tuning are found, at `distances`. Raises `InputError`.
+    Gains that the file leaves to tuning are found, at the usual distances. With `intervals` there are also depths by
+    semi-discretization. Raises `InputError`.
     """
     refuse_wrong(cut, speeds, motion.source)
-    whole = driven_machine(motion, states, distances, damping, False, (cut.direction, cut.thickness))
-    places = []
-    for k, plant in enumerate(whole.plants):
-        places.append(lobe(plant, whole.cascades, cut, speeds))
-        progress(k + 1, len(whole.plants))
-    return Lobes(motion.machine.name, cut, speeds, tuple(places), whole.notes)
-
-
-def refuse_wrong(cut: Cut, speeds: Array, source: str) -> None:
-    """Raise `InputError` for a cut that is none, and for speeds that are none."""
-    if not (cut.coefficient > 0 and np.isfinite(cut.coefficient)):
-        raise InputError(source, "--cutting", f"{cut.coefficient:g} N/m2 is not above zero: steel has some 2e9")
-    if not (len(speeds) and (speeds > 0).all() and np.isfinite(speeds).all()):
-        raise InputError(source, "--speeds", "spindle speeds are numbers above zero, turns per minute")
+    whole = driven_machine(motion, states, USUAL, damping, False, (*cut.forces, *cut.deflections))
+    places: list[Lobe] = []
+    for plant in whole.plants:
+        place = lobe(plant, whole.cascades, cut, speeds)
+        if intervals:
+            place = with_periodic(place, plant, whole.cascades, cut, speeds, intervals)
+        places.append(place)
+        progress(len(places), len(whole.plants))
+    notes = [*whole.notes, *_coarse(places, cut, speeds, intervals)] if intervals else whole.notes
+    return Lobes(motion.machine.name, cut, speeds, tuple(places), tuple(notes))
 
 
 def lobe(plant: Plant, cascades: Sequence[Cascade], cut: Cut, speeds: Array) -> Lobe:
     """Return the stability limits of a cut at one position, with the loops of drives closed."""
+    _refuse_unstable(plant, cascades)
     tool = _Tool(plant, tuple(cascades), cut)
     grid = OpenAxis(plant, next(iter(plant.axes), ""), tuple(cascades), 0.0).frequencies
-    longest = PER_TURN / (cut.teeth * float(speeds.min()))
+    longest = cut.period(float(speeds.min()))
     tried = np.union1d(grid, np.linspace(grid[0], grid[-1], _count(grid[-1] * IN_A_TURN * longest)))
-    known = tool.response(tried)
-    found = [tool.limit(tried, known, PER_TURN / (cut.teeth * speed)) for speed in speeds]
-    lowest, frequency = least(lambda f: tool.response(f).real, grid)
+    known = followed(tool.eigenvalues(tried))
+    depths, waves = tool.limits(tried, known, cut.period(1.0) / speeds)
+    lowest, frequency = least(lambda f: tool.eigenvalues(f).real.min(axis=1), grid)
     smallest = -1 / (2 * cut.coefficient * lowest) if lowest < 0 else np.inf
-    depths, waves = (np.array(column) for column in zip(*found, strict=True))
-    influences = tool.influences(frequency, lowest) if lowest < 0 else {}
+    influences = tool.influences(frequency) if lowest < 0 else {}
     return Lobe(dict(plant.place), depths, waves, smallest, frequency, influences)
+
+
+def with_periodic(
+    place: Lobe, plant: Plant, cascades: Sequence[Cascade], cut: Cut, speeds: Array, intervals: int
+) -> Lobe:
+    """Return a lobe with depths by semi-discretization."""
+    loop, tool = closed_loop(plant, cascades), _Tool(plant, tuple(cascades), cut)
+    forces, rows = tool.rows
+    n = plant.free.shape[1]
+    C = np.hstack([rows @ plant.free, np.zeros((len(rows), len(loop.A) - n))])
+    periodic = TimePeriodicCut(loop.A, loop.by_force @ forces.T, C, cut, intervals)
+    near = np.where(np.isfinite(place.depths), place.depths, place.least)
+    found = [periodic.limit(speed, b) if np.isfinite(b) else np.inf for speed, b in zip(speeds, near, strict=True)]
+    return replace(place, periodic=np.array(found))
+
+
+def _coarse(places: Sequence[Lobe], cut: Cut, speeds: Array, intervals: int) -> list[str]:
+    """Return a note where waves have few intervals."""
+    turns = max(float(np.nanmax(place.waves * cut.period(1.0) / speeds, initial=0.0)) for place in places)
+    if not intervals < IN_A_WAVE * turns:
+        return []
+    return [f"{intervals} intervals are {intervals / turns:.2g} in a wave, fewer than {IN_A_WAVE}: give more of them"]
+
+
+def _refuse_unstable(plant: Plant, cascades: Sequence[Cascade]) -> None:
+    """Raise `InputError` where the loops are unstable without a cut: a border of stability has no meaning then."""
+    loop = closed_loop(plant, cascades)
+    if not len(loop.A):
+        return
+    growth = (sampled_loop(plant, cascades) or loop).growth
+    if growth > GROWS * np.abs(loop.poles).max():
+        at = "".join(f" at {name}={x:g}" for name, x in plant.place.items())
+        what = f"without a cut a motion grows by {growth:.3g} 1/s{at}: see symoro-elastic control"
+        raise InputError(plant.linear.motion.source, "drives", what)
 
 
 def _count(wanted: float) -> int:
     return int(min(max(wanted, 2), MOST_FREQUENCIES))
 
 
+def followed(values: ComplexArray) -> ComplexArray:
+    """Return eigenvalues (frequencies, m), m one or two, in an order in which each of them changes least."""
+    if values.shape[1] == 1:
+        return values
+    kept, crossed = (np.abs(values[1:] - values[:-1, order]).sum(axis=1) for order in ([0, 1], [1, 0]))
+    is_crossed = np.concatenate([[False], np.cumsum(crossed < kept) % 2 == 1])
+    return np.where(is_crossed[:, None], values[:, ::-1], values)
+
+
 @dataclass(frozen=True)
 class _Tool:
-    """The response of the chip's thickness to the force on the tool."""
+    """The deflections of the tool by the forces on it, and what a cut makes of them."""
 
     plant: Plant
     cascades: tuple[Cascade, ...]
     cut: Cut
 
-    @property
+    @cached_property
     def rows(self) -> tuple[Array, Array]:
-        """Rows (n,) of the direction of the force and of the thickness."""
+        """Rows (m, n) of the directions of the forces, and of the deflections."""
         linear = self.plant.linear
-        return position_row(linear, self.cut.direction), position_row(linear, self.cut.thickness)
+        forces, deflections = self.cut.forces, self.cut.deflections
+        return (
+            np.array([position_row(linear, name) for name in forces]),
+            np.array([position_row(linear, name) for name in deflections]),
+        )
 
-    def response(self, frequencies: Array) -> ComplexArray:
-        """Return Phi at frequencies in Hz."""
-        direction, thickness = self.rows
-        return self.plant.response(laplace(frequencies), self.cascades, thickness, direction)
+    @cached_property
+    def mean(self) -> Array:
+        """The mean of W (m, m)."""
+        found: Array = self.cut.factors()[0]
+        return found
 
-    def limit(self, tried: Array, known: ComplexArray, period: float) -> tuple[float, float]:
-        """Return the least depth and the frequency of its waves for a tooth in each period, s.
+    def eigenvalues(self, frequencies: Array) -> ComplexArray:
+        """Return those of -W Phi (frequencies, m) at frequencies in Hz."""
+        forces, rows = self.rows
+        responses = rows @ self.plant.moved(laplace(frequencies), self.cascades, forces.T)
+        whole = -self.mean @ responses
+        if whole.shape[1] == 1:
+            return whole[:, 0]
+        (a, b), (c, d) = whole.transpose(1, 2, 0)
+        middle, half = (a + d) / 2, np.sqrt((a - d) ** 2 / 4 + b * c)
+        found: ComplexArray = np.stack([middle + half, middle - half], axis=1)
+        return found
 
-        `known` is the response at the frequencies `tried`; where the border is crossed between two of them, those that
-        are least there are solved for.
+    def limits(self, tried: Array, known: ComplexArray, periods: Array) -> tuple[Array, Array]:
+        """Return the least depths and the frequencies of their waves for a tooth in each of these periods, s.
+
+        `known` are the eigenvalues at the frequencies `tried`; where a border is crossed between two of them, those
+        that are least there are solved for.
         """
+        crossed = [self._crossed(tried, known, period) for period in periods]
+        of = np.repeat(np.arange(len(periods)), [len(one) for one in crossed])
+        k, branch = np.concatenate(crossed).T
 
         def g(f: Array) -> ComplexArray:
-            return (1 - np.exp(-laplace(f) * period)) * self.response(f)
+            """The products at frequencies between numbers k and the next ones, by the eigenvalues that are near."""
+            share = ((f - tried[k]) / (tried[k + 1] - tried[k]))[:, None]
+            near = (1 - share) * known[k, branch][:, None] + share * known[k + 1, branch][:, None]
+            values = self.eigenvalues(f)
+            value = np.take_along_axis(values, np.abs(values - near).argmin(axis=1)[:, None], axis=1)[:, 0]
+            return (1 - np.exp(-laplace(f) * periods[of])) * value
 
-        before = (1 - np.exp(-laplace(tried) * period)) * known
-        changes = np.flatnonzero(np.sign(before.imag[:-1]) * np.sign(before.imag[1:]) < 0)
-        real = np.minimum(before.real[changes], before.real[changes + 1])
-        solve = for_vibrations("scipy.optimize").brentq
-        best = (np.inf, np.nan)
-        for k in changes[np.argsort(real)][:MOST_SOLVED]:
-            f = float(solve(lambda f: float(g(np.array([f]))[0].imag), tried[k], tried[k + 1], rtol=1e-13))
-            at = float(g(np.array([f]))[0].real)
-            best = min(best, (-1 / (self.cut.coefficient * at), f)) if at < 0 else best
-        return best
+        f = roots(lambda f: g(f).imag, tried[k], tried[k + 1])
+        at = g(f)
+        is_border = (at.real < 0) & (np.abs(at.imag) < REAL * np.abs(at))
+        depth = np.full(len(f), np.inf)
+        depth[is_border] = -1 / (self.cut.coefficient * at.real[is_border])
+        depths, waves = np.full(len(periods), np.inf), np.full(len(periods), np.nan)
+        for i in np.argsort(-depth):
+            if np.isfinite(depth[i]):
+                depths[of[i]], waves[of[i]] = depth[i], f[i]
+        return depths, waves
 
-    def influences(self, frequency: float, real: float) -> dict[str, float]:
-        """Return d ln b / d ln p of the least depth -1/(2 K Re Phi) at its frequency: -d Re Phi/Re Phi."""
-        direction, thickness = self.rows
-        s = complex(laplace(np.array([frequency]))[0])
-        slopes = response_slopes(self.plant, s, self.cascades, thickness, direction)
-        values = self.plant.linear.motion.parameters
-        return {name: float(-values[name] * slopes[name].real / real) for name in mechanical_names(self.plant)}
+    def _crossed(self, tried: Array, known: ComplexArray, period: float) -> AnyArray:
+        """Return (crossings, 2) numbers of frequencies and of eigenvalues behind which borders are crossed."""
+        before = (1 - np.exp(-laplace(tried) * period))[:, None] * known
+        changes = np.argwhere(np.sign(before.imag[:-1]) * np.sign(before.imag[1:]) < 0)
+        real = np.minimum(before.real[:-1], before.real[1:])[tuple(changes.T)]
+        found: AnyArray = changes[np.argsort(real)][:MOST_SOLVED]
+        return found
+
+    def influences(self, frequency: float) -> dict[str, float]:
+        """Return d ln b / d ln p of the least depth -1/(2 K Re L) at its frequency: -d Re L/Re L.
+
+        With left and right vectors l, r of -W Phi at L: dL = l* (-W dPhi) r/(l* r).
+        """
+        forces, rows = self.rows
+        s = laplace(np.array([frequency]))
+        whole = -self.mean @ (rows @ self.plant.moved(s, self.cascades, forces.T))[0]
+        values, right = np.linalg.eig(whole)
+        k = int(values.real.argmin())
+        left = np.linalg.inv(right)[k]
+        slopes = response_slopes(self.plant, complex(s[0]), self.cascades, -(left @ self.mean) @ rows,
+                                 right[:, k] @ forces)  # fmt: skip
+        given = self.plant.linear.motion.parameters
+        return {name: float(-given[name] * slopes[name].real / values[k].real) for name in mechanical_names(self.plant)}

@@ -30,6 +30,8 @@ PARTS = 3
 """Of dead times, where stability is asked: their approximation is then right up to five turns of phase or so."""
 KEPT = 0.9
 """Of the distance without integral part, that remains with it."""
+EXACT_ROOT, MOST_STEPS = 1e-13, 60
+"""Relative change of a root that ends the search, and the most steps of it."""
 SLOW = 0.02
 """Of the rate of a velocity loop: nearer to zero than this, poles are those of the position, which it leaves free."""
 
@@ -285,6 +287,24 @@ def crossings(of: Callable[[Array], Array], frequencies: Array) -> list[float]:
         float(solve(lambda f: float(of(np.array([f]))[0]), frequencies[k], frequencies[k + 1], rtol=1e-13))
         for k in changes
     ]
+
+
+def roots(of: Callable[[Array], Array], low: Array, high: Array) -> Array:
+    """Return the places between `low` and `high` (n,) at which n functions are zero, all of them at a time.
+
+    Regula falsi of Illinois: an end that stays counts half the next time (Dowell and Jarratt 1971).
+    """
+    low, high, f_low, f_high = low.copy(), high.copy(), of(low), of(high)
+    for _ in range(MOST_STEPS):
+        slope = f_high - f_low
+        x = high - f_high * np.divide(high - low, slope, out=np.zeros_like(slope), where=slope != 0)
+        if not (np.abs(x - high) > EXACT_ROOT * np.abs(x)).any():
+            break
+        f = of(x)
+        turned = np.sign(f) * np.sign(f_high) < 0
+        low, f_low = np.where(turned, high, low), np.where(turned, f_high, f_low / 2)
+        high, f_high = x, f
+    return high
 
 
 def loops_of(plant: Plant, cascades: Sequence[Cascade]) -> list[AxisLoops]:

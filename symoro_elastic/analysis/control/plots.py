@@ -45,6 +45,9 @@ def _(lobes: Lobes) -> dict[str, Any]:
         label = place_text(place.place) if len(lobes.places) > 1 else None
         shown = np.where(np.isfinite(place.depths), 1e3 * place.depths, np.nan)
         depth.plot(lobes.speeds, shown, linewidth=0.9, color=f"C{k % 10}", label=label)
+        if place.periodic is not None:
+            by_intervals = np.where(np.isfinite(place.periodic), 1e3 * place.periodic, np.nan)
+            depth.plot(lobes.speeds, by_intervals, ".", markersize=3, color=f"C{k % 10}")
         depth.axhline(1e3 * place.least, linewidth=0.6, color=f"C{k % 10}", linestyle="--")
         waves.plot(lobes.speeds, place.waves, ".", markersize=2, color=f"C{k % 10}")
     depth.set_ylim(0, HIGHEST * 1e3 * min(place.least for place in lobes.places))
@@ -55,7 +58,7 @@ def _(lobes: Lobes) -> dict[str, Any]:
         axis.grid(True, linewidth=0.3)
     if len(lobes.places) > 1:
         depth.legend(fontsize="x-small")
-    depth.set_title(f"{lobes.machine}: stability lobes along {lobes.cut.direction}")
+    depth.set_title(f"{lobes.machine}: stability lobes along {', '.join(lobes.cut.forces)}")
     return {"stability_lobes": figure}
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade
 from symoro_elastic.analysis.control.control import AxisControl, Compliance, Control, Limit, PlaceControl
+from symoro_elastic.analysis.control.cutting import Cut, Milling
 from symoro_elastic.analysis.control.largest_gain import LargestGain
-from symoro_elastic.analysis.control.lobes import Cut, Lobe, Lobes
+from symoro_elastic.analysis.control.lobes import Lobe, Lobes
 from symoro_elastic.analysis.control.loops import Margins
 from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
@@ -67,11 +68,13 @@ declare(
 )
 
 
-declare(Cut, Field("coefficient"), Field("teeth"), Field("direction"), Field("thickness"))
+declare(Milling, Field("across"), Field("radial"), Field("immersion"), Field("down"))
+declare(Cut, Field("coefficient"), Field("teeth"), Field("direction"), Field("thickness"), Field("milling"))
 declare(
     Lobe,
     Field("position", "place"),
     Field("depths"),
+    Field("periodic"),
     Field("frequencies", "waves"),
     Field("least"),
     Field("frequency"),
@@ -94,9 +97,10 @@ def _(lobes: Lobes) -> list[Part]:
     heads = ("position", "stable at all speeds", "waves at, Hz", "best speed", "stable there")
     table = Table(heads, title=lobes.machine)
     for place in lobes.places:
-        best = int(np.argmax(place.depths))
+        depths = place.depths if place.periodic is None else place.periodic
+        best = int(np.argmax(depths))
         cells = (_millimetres(place.least), f"{place.frequency:.4g}", f"{lobes.speeds[best]:.5g}")
-        table.add_row(place_text(place.place), *cells, _millimetres(place.depths[best]))
+        table.add_row(place_text(place.place), *cells, _millimetres(depths[best]))
     worst = min(lobes.places, key=lambda place: place.least)
     effects = [_effect(name, x) for name, x in worst.strongest if abs(x) >= LEAST_LISTED][:MOST_LISTED]
     said = f"waves at {worst.frequency:.4g} Hz limit the depth at all speeds to {_millimetres(worst.least)}"
