@@ -112,6 +112,29 @@ def _low_high(limits: str) -> tuple[float, float]:
     return (number(low), number(high)) if colon else (-number(low), number(low))
 
 
+def bounds(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
+    """Return ranges by name, from `NAME=LOW:HIGH`, of which one end may be left out."""
+    return named(given, option, _ends, " is not NAME=LOW:HIGH, NAME=LOW: or NAME=:HIGH")
+
+
+def _ends(text: str) -> tuple[float, float]:
+    """Return the ends of a range, infinite where they are left out; raises `ValueError` where it is none."""
+    low, colon, high = (part.strip() for part in text.partition(":"))
+    ends = number(low) if low else -math.inf, number(high) if high else math.inf
+    if not colon or not (low or high) or not ends[0] <= ends[1]:
+        raise ValueError
+    return ends
+
+
+def _ends_in(table: Table, key: str) -> tuple[float, float]:
+    """Return a range that is written as LOW:HIGH in a file."""
+    text = table.text(key)
+    try:
+        return _ends(text)
+    except ValueError:
+        raise table.fail(key, f"{text!r} is not LOW:HIGH, LOW: or :HIGH") from None
+
+
 def gains(given: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
     """Return proportional and derivative gain by motor, from `MOTOR=KP:KD`."""
     for text in given:
@@ -300,6 +323,7 @@ NUMBERS = Kind(numbers, _by_name(_number_in), many=True, shape="numbers by name"
 NUMBERS_OR_DEFAULT = Kind(numbers_or_default, _by_name(_number_in), many=True, shape="numbers by name, or one for all")
 NUMBERS_OR_NONE = Kind(numbers_or_none, _by_name(_number_in), many=True, shape="numbers by name, None where unknown")
 RANGES = Kind(ranges, _by_name(_pair_in), many=True, shape="(low, high) by name")
+BOUNDS = Kind(bounds, _by_name(_ends_in), many=True, shape="(low, high) by name")
 LIMITS = Kind(ranges, many=True, shape="one for all, or by name")
 GAINS = Kind(gains, _by_name(_pair_in), many=True, shape="(proportional, derivative) by name")
 SPRINGS = Kind(springs_on_joints, many=True, shape="stiffness, or stiffness and inertia, by name")

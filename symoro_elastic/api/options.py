@@ -508,6 +508,10 @@ class Sweeping(Frequencies, Signals, EvenSteps, OperatingPoint, Placed):
         (), "NAME", "Result to keep, or a pattern such as 'frequency_*' (default: all).", kinds.TEXTS,
         formerly=("--figure", "figures"),
     )  # fmt: skip
+    require: Ranges = option(
+        {}, "RESULT=LOW:HIGH", "Range that a result, or each of a pattern, is to be in ('*_modulus=0.4:'; LOW: or "
+        ":HIGH): the share of points at which it is, of a sample with its interval of 95 % confidence.", kinds.BOUNDS,
+    )  # fmt: skip
     workers: int = option(1, "N", "Processes that compute points; 0 is one on each core.", kinds.WHOLE)
     scheduler: str | None = option(None, "ADDRESS", "Dask scheduler whose workers compute points: tcp://host:8786.")
     journal: str | Path | None = argument(

@@ -156,7 +156,7 @@ def parameters_or_all(machine: Machine) -> Iterable[str]:
 
 SEEKING = ("auto", "always", "never")
 EFFORTS = ("quick", "usual", "all")
-ANALYSES = ("modes", "response", "ladder", "simulation")
+ANALYSES = ("modes", "response", "control", "ladder", "simulation")
 
 # Rows that several operations share
 

@@ -32,10 +32,17 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
 
 if TYPE_CHECKING:
-    from symoro_elastic.api.swept import SweptFunction, SweptLadder, SweptModes, SweptResponse, SweptSimulation
+    from symoro_elastic.api.swept import (
+        SweptControl,
+        SweptFunction,
+        SweptLadder,
+        SweptModes,
+        SweptResponse,
+        SweptSimulation,
+    )
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 
-    Swept: TypeAlias = SweptModes | SweptResponse | SweptLadder | SweptSimulation | SweptFunction
+    Swept: TypeAlias = SweptModes | SweptResponse | SweptControl | SweptLadder | SweptSimulation | SweptFunction
 
 
 def _name(options: Sweeping) -> str:
@@ -50,9 +57,9 @@ def _refuse(options: Sweeping) -> None:
         among((options.of,), ANALYSES, "--of")
     for option, given, where in (
         ("--input", options.inputs, ("response",)),
-        ("--output", options.outputs, ("response",)),
+        ("--output", options.outputs, ("response", "control")),
         ("--frequency", _frequencies(options), ("response",)),
-        ("--damping", options.damping, ("response",)),
+        ("--damping", options.damping, ("response", "control")),
         ("--method", options.method, ("simulation",)),
         ("--step", options.step, ("simulation",)),
     ):
@@ -60,7 +67,10 @@ def _refuse(options: Sweeping) -> None:
             what = f"belongs to --of {' or '.join(where)}: leave it out of {_name(options)}"
             raise InputError("symoro-elastic", option, what)
     _refuse_numbers(options.damping, _frequencies(options))
-    if point_of(options) != OperatingPoint() and options.of not in ("modes", "response"):
+    if options.of == "control" and replace(point_of(options), at={}) != OperatingPoint():
+        what = "control is at the equilibrium, and motors without a drive are held: leave out all but --at"
+        raise InputError("symoro-elastic", "--of", what)
+    if point_of(options) != OperatingPoint() and options.of not in ("modes", "response", "control"):
         what = f"an operating point belongs to modes and response, not to {_name(options)}: leave out --at, --hold ..."
         raise InputError("symoro-elastic", "--of", what)
     refuse_mixture(_steps(options))
@@ -101,6 +111,8 @@ def _swept(options: Sweeping, machine: DescribedMachine) -> Swept:
             return swept.SweptModes(*given)
         signals = tuple(options.inputs), tuple(options.outputs)
         return swept.SweptResponse(*given, *signals, tuple(map(float, _frequencies(options))), options.damping)
+    if options.of == "control":
+        return swept.SweptControl.of(kept, point_of(options), values, tuple(options.outputs), options.damping)
     if not isinstance(options.of, str):
         return swept.SweptFunction(kept, values, options.of)
     asked = required_motions(machine, options.scene)
@@ -129,7 +141,8 @@ class Plan:
         names = [name for one in outcomes for name in one.figures]
         units = {one.name: one.unit for one in self.quantities}
         units |= {name: self.swept.unit(name) for name in dict.fromkeys(names)}
-        return sweep_of(self.machine.name, _name(self.options), self.design, outcomes, units, self.options.results)
+        return sweep_of(self.machine.name, _name(self.options), self.design, outcomes, units, self.options.results,
+                        self.options.require)  # fmt: skip
 
     @property
     def digest(self) -> str:

@@ -20,6 +20,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine
 
 if TYPE_CHECKING:
+    from symoro_elastic.analysis.control.control import Control
     from symoro_elastic.analysis.vibration.linearization import Linearization
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
     from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
@@ -105,6 +106,49 @@ class SweptResponse(SweptVibration):
         from symoro_elastic.analysis.vibration.peaks import unit_of_figure
 
         return unit_of_figure(self.machine, figure)
+
+
+@dataclass(frozen=True)
+class SweptControl(SweptVibration):
+    """Margins, bandwidths, largest gains and compliances with the loops of [drives] closed.
+
+    Gains that the file leaves to tuning are found once, for the machine as it is given, and kept.
+    """
+
+    damping: float = 0.0
+
+    @classmethod
+    def of(
+        cls, machine: DescribedMachine, point: OperatingPoint, values: Values, outputs: tuple[str, ...], damping: float
+    ) -> SweptControl:
+        """Return what is computed of a machine, with its gains; raises `InputError`."""
+        from symoro_elastic.analysis.control.control import with_gains
+        from symoro_elastic.analysis.control.driven_machine import default_compliances
+
+        swept = cls(machine, point, values, (), outputs or default_compliances(machine), damping)
+        return replace(swept, machine=DescribedMachine.of(with_gains(machine, swept.control({}, {}))))
+
+    def control(self, values: Values, positions: Values) -> Control:
+        """Return the loops with these values at these positions."""
+        from symoro_elastic.analysis.control.control import control_at
+        from symoro_elastic.analysis.control.tuning import USUAL
+        from symoro_elastic.numerics.motion.equilibrium import equilibrium
+
+        motion = self.motion.at_values({**self.values, **values})
+        place = {**self.point.at, **positions}
+        return control_at(motion, [(place, equilibrium(motion, place))], USUAL, self.damping, False, self.outputs)
+
+    def __call__(self, values: Values, positions: Values) -> dict[str, float]:
+        """Return the results at a point."""
+        from symoro_elastic.analysis.control.figures import control_figures
+
+        return control_figures(self.control(values, positions))
+
+    def unit(self, figure: str) -> str:
+        """Return the unit of a figure."""
+        from symoro_elastic.analysis.control.figures import unit_of
+
+        return unit_of(figure)
 
 
 @dataclass(frozen=True)

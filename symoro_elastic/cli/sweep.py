@@ -39,8 +39,8 @@ JOURNAL = ".journal"
 @writes
 @JSON
 def sweep(machine: str, file: str | None, options: Sweeping, out: str | None, plots: Plots, as_json: bool) -> None:
-    """Give results of the modes, frequency responses, ladder or simulation of MACHINE at each point, and the influence
-    of each quantity on them.
+    """Give results of the modes, frequency responses, drives, ladder or simulation of MACHINE at each point, and the
+    influence of each quantity on them.
     """
     from symoro_elastic.analysis.sweeps.sweep import refuse_form, save
     from symoro_elastic.api.sweeps import plan

@@ -20,6 +20,8 @@ Terms = tuple[ComplexArray, ComplexArray]
 """a and b of 1 + L = a + k b, over frequencies."""
 EXACT = 1e-12
 """Relative error of the critical frequency."""
+FAR = 1e100
+"""A gain that nothing limits, while the least one is sought: its square is a number."""
 LEAST = 1e-12
 """Of the largest lower end, below which a gain is nothing."""
 
@@ -85,7 +87,7 @@ def _refined(
 
     def lower_end(frequency: float) -> float:
         ends, _ = forbidden(*terms(np.array([frequency])), modulus)
-        return float(ends[0]) if ends[0] > above else float(np.finfo(float).max)
+        return float(ends[0]) if ends[0] > above else FAR
 
     dips = [k for k in range(len(low)) if np.isfinite(candidates[k]) and candidates[k] <= _beside(candidates, k)]
     for k in sorted(dips, key=lambda k: float(candidates[k]))[:3]:

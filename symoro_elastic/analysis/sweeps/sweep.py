@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.sweeps.design import Design
+from symoro_elastic.analysis.sweeps.shares import Share, shares
 from symoro_elastic.analysis.sweeps.tasks import Outcome
 from symoro_elastic.analysis.time_series.writing import CSV, write_columns
 from symoro_elastic.foundation.array_types import Array
@@ -39,7 +40,8 @@ REASON = "reason"
 class Sweep(Result):
     """Figures (N,) by name at the N points of a design; NaN where a point has none, with the reason.
 
-    `units` are those of quantities and results, where they are known. Points are in the order of the design: of a grid
+    `units` are those of quantities and results, where they are known, `shares` those of points at which results are in
+    the ranges that are required. Points are in the order of the design: of a grid
     the last quantity varies fastest.
     """
 
@@ -49,6 +51,7 @@ class Sweep(Result):
     figures: Mapping[str, Array]
     reasons: tuple[str, ...]
     units: Mapping[str, str] = field(default_factory=dict)
+    shares: tuple[Share, ...] = ()
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -99,8 +102,12 @@ def sweep_of(
     outcomes: Sequence[Outcome],
     units: Mapping[str, str],
     patterns: Collection[str] = (),
+    required: Mapping[str, tuple[float, float]] | None = None,
 ) -> Sweep:
-    """Return the sweep of these outcomes; of all results, or of those that match a pattern. Raises `InputError`."""
+    """Return the sweep of these outcomes; of all results, or of those that match a pattern. Raises `InputError`.
+
+    `required` are ranges of results, by name or pattern.
+    """
     names = list(dict.fromkeys(name for one in outcomes for name in one.figures))
     names = _chosen(names, patterns)
     missing = {name: float("nan") for name in names}
@@ -111,7 +118,8 @@ def sweep_of(
         what = f"{min(taken | {REASON})!r} is a column already: give the result another name"
         raise InputError("symoro-elastic", "--of", what)
     reasons = tuple(one.reason for one in outcomes)
-    return Sweep(machine, of, design, figures, reasons, {name: unit for name, unit in units.items() if unit})
+    known = {name: unit for name, unit in units.items() if unit}
+    return Sweep(machine, of, design, figures, reasons, known, shares(design, figures, required or {}))
 
 
 def _chosen(names: list[str], patterns: Collection[str]) -> list[str]:

@@ -7,19 +7,34 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.sweeps.shares import CONFIDENCE, Share
 from symoro_elastic.analysis.sweeps.sweep import REASON, Sweep
 from symoro_elastic.foundation.array_types import AnyArray, Array
-from symoro_elastic.foundation.results import Part, Table, arrays_of, columns_of, json_of, parts_of, plain
+from symoro_elastic.foundation.results import (
+    Field,
+    Part,
+    Table,
+    arrays_of,
+    columns_of,
+    declare,
+    json_of,
+    parts_of,
+    plain,
+)
 
 MOST_ROWS, MOST_COLUMNS = 40, 6
 """Figures and quantities that tables show; files hold all."""
 MOST_REASONS = 3
 
 
+declare(Share, *(Field(name) for name in ("name", "low", "high", "within", "points", "share", "interval")))
+
+
 @parts_of.register
 def _(found: Sweep) -> list[Part]:
     influence = [_influence_table(found)] if len(found.points) > 1 else []
-    return [_figures_table(found), *influence, *_lines(found)]
+    shares = [shares_table(found)] if found.shares else []
+    return [_figures_table(found), *shares, *influence, *_lines(found)]
 
 
 @arrays_of.register
@@ -45,6 +60,17 @@ def _figures_table(found: Sweep) -> Table:
             table.add_row(_titled(found, name), *numbers, _place(found, low), _place(found, high))
         else:
             table.add_row(_titled(found, name), "-", "-", "-", "", "")
+    return table
+
+
+def shares_table(found: Sweep) -> Table:
+    """Return a row for each result with a range: the share of points within it, and of all draws."""
+    heads = ("figure", "from", "to", "points within", "share", f"share of all draws, {CONFIDENCE:.0%}")
+    table = Table(heads, title="required")
+    for one in found.shares:
+        ends = ("" if np.isinf(x) else f"{x:.4g}" for x in (one.low, one.high))
+        interval = f"{one.interval[0]:.1%} to {one.interval[1]:.1%}" if one.interval else "-"
+        table.add_row(one.name, *ends, f"{one.within} of {one.points}", f"{one.share:.1%}", interval)
     return table
 
 
@@ -98,6 +124,7 @@ def _(found: Sweep) -> dict[str, Any]:
         "quantities": {name: found.points[:, k].tolist() for k, name in enumerate(found.quantities)},
         "lengths": list(design.lengths),
         "figures": plain(found.figures),
+        "shares": [json_of(one) for one in found.shares],
         "units": dict(found.units),
         "failed": {str(k): reason for k, reason in enumerate(found.reasons) if reason},
         "influence": {
