@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,7 @@ def control(machine: MachineLike, options: Controlling) -> Control:
         where gains are sought, and without equilibrium.
     """
     from symoro_elastic.analysis.control.control import control_at
+    from symoro_elastic.analysis.control.rules import ruled
     from symoro_elastic.analysis.control.tuning import Distances
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 
@@ -42,7 +44,8 @@ def control(machine: MachineLike, options: Controlling) -> Control:
         motion = motion_of(kept, dict(options.values), (), options.compliances)
     states = _states(options.along, options.at, motion)
     distances = Distances(options.modulus, options.position_modulus)
-    return control_at(motion, states, distances, options.damping, options.tune, options.compliances, options.progress)
+    found = control_at(motion, states, distances, options.damping, options.tune, options.compliances, options.progress)
+    return replace(found, rules=ruled(found.plants, found.cascades)) if options.rule else found
 
 
 @operation(Cutting)

@@ -29,6 +29,7 @@ from symoro_elastic.analysis.control.loops import (
     margins,
 )
 from symoro_elastic.analysis.control.plant import Plant, position_row
+from symoro_elastic.analysis.control.rules import RuledAxis
 from symoro_elastic.analysis.control.sampled import sampled_loop
 from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.array_types import Array
@@ -110,7 +111,10 @@ class PlaceControl:
 
 @dataclass(frozen=True, repr=False)
 class Control(Result):
-    """Axes at positions of a machine; `plants` and `loops` are what they were computed from."""
+    """Axes at positions of a machine; `plants` and `loops` are what they were computed from.
+
+    `rules` are gains by published rules, where they are wanted.
+    """
 
     machine: str
     places: tuple[PlaceControl, ...]
@@ -119,6 +123,7 @@ class Control(Result):
     plants: tuple[Plant, ...]
     tuned: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    rules: tuple[RuledAxis, ...] = ()
 
     @property
     def cascades(self) -> tuple[Cascade, ...]:

@@ -12,6 +12,7 @@ from symoro_elastic.analysis.control.cutting import Cut, Milling
 from symoro_elastic.analysis.control.largest_gain import LargestGain
 from symoro_elastic.analysis.control.lobes import Lobe, Lobes
 from symoro_elastic.analysis.control.loops import Margins
+from symoro_elastic.analysis.control.rules import RuledAxis
 from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
 from symoro_elastic.machine.drives import gain_unit
@@ -64,7 +65,14 @@ declare(
     Field("distances"),
     Field("damping"),
     Field("tuned"),
+    Field("rules"),
     Field("notes"),
+)
+declare(
+    RuledAxis,
+    *(Field(name) for name in ("rule", "source")),
+    Field("drive", "cascade"),
+    *(Field(name) for name in ("inertia", "time", "velocity", "position", "growth")),
 )
 
 
@@ -116,6 +124,8 @@ def _millimetres(depth: float) -> str:
 def _(control: Control) -> list[Part]:
     """Return gains, loops and compliances at each position, and what limits each gain."""
     parts: list[Part] = [gains_table(control), loops_table(control)]
+    if control.rules:
+        parts.append(rules_table(control))
     return [*parts, compliances_table(control), *limits_lines(control), *stability_lines(control), *control.notes]
 
 
@@ -146,6 +156,21 @@ def loops_table(control: Control) -> Table:
             behind = axis.velocity_error if abs(axis.velocity_error) > NOTHING else 0.0
             own = (_frequency(axis.bandwidth), _frequency(axis.in_phase), f"{1e3 * behind:.4g}")
             table.add_row(at, axis.motor, "position", *_margins(axis.position), *own)
+    return table
+
+
+def rules_table(control: Control) -> Table:
+    """Return a row for each rule and axis: its gains, and what the loops have of them at the worst position."""
+    heads = ("rule", "axis", "inertia", "T, ms", "Kp", "Tn, ms", "Kv, 1/s", "velocity", "position", "all loops")
+    table = Table(heads, title="published rules, and the least |1 + L| with them", keys=2)
+    units = {axis.motor: gain_unit("Kp", axis.joint) for axis in control.places[0].axes}
+    for one in control.rules:
+        drive = one.cascade
+        integral = f"{1e3 * drive.Tn:.4g}" if np.isfinite(drive.Tn) else "-"
+        sizes = (f"{one.inertia:.4g}", f"{1e3 * one.time:.4g}", f"{drive.Kp:.5g} {units[drive.motor]}", integral)
+        is_stable = one.growth < 0
+        loops = (f"{one.velocity:.3g}", f"{one.position:.3g}", "stable") if is_stable else ("-", "-", "unstable")
+        table.add_row(f"{one.rule} ({one.source})", drive.motor, *sizes, f"{drive.Kv:.4g}", *loops)
     return table
 
 
