@@ -1,0 +1,66 @@
+"""What vibration tests measured: frequency responses and modes of a machine at known positions, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+
+
+@dataclass(frozen=True)
+class MeasuredResponse:
+    """H (N), complex, from an input to an output, at frequencies f (N) in Hz that increase from above 0.
+
+    Names are those of signals of `response`, without a sign: signs and units of files are in H. Every number is finite.
+    `coherence` (N), 0 to 1, is None where it was not measured.
+    """
+
+    output: str
+    input: str
+    f: Array
+    H: ComplexArray
+    coherence: Array | None = None
+
+
+@dataclass(frozen=True)
+class MeasuredModes:
+    """Natural frequencies f (k) in Hz that increase, damping ratios zeta (k), and standard deviations of both.
+
+    `std_f` in Hz and `std_zeta`, (k) each, are None where they are unknown; entries of `zeta`, `std_f` and `std_zeta`
+    are NaN where they are unknown for one mode. `shapes` (k, outputs), complex, each mode scaled arbitrarily, are
+    amplitudes at `outputs`, names without signs; None where no shape was measured.
+    """
+
+    f: Array
+    zeta: Array | None = None
+    std_f: Array | None = None
+    std_zeta: Array | None = None
+    outputs: tuple[str, ...] = ()
+    shapes: ComplexArray | None = None
+
+
+@dataclass(frozen=True)
+class VibrationTest:
+    """One test: responses or modes of a machine in equilibrium at positions `at` (rad or m, by joint).
+
+    Motors in `hold` do not move; those in `pd` are driven by Kp (N m/rad or N/m) and Kv (N m s/rad or N s/m), None
+    where the gains are unknown; others are free. `averages` are those of each response. With `validate` the test is
+    predicted, not fitted.
+    """
+
+    name: str
+    at: Mapping[str, float]
+    hold: tuple[str, ...] = ()
+    pd: Mapping[str, tuple[float, float] | None] = field(default_factory=dict)
+    averages: int | None = None
+    validate: bool = False
+    responses: tuple[MeasuredResponse, ...] = ()
+    modes: MeasuredModes | None = None
+
+
+@dataclass(frozen=True)
+class VibrationTests:
+    """The vibration tests of a machine."""
+
+    tests: tuple[VibrationTest, ...]
