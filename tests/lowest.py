@@ -32,6 +32,7 @@ CORE = (
     "tests/analysis/vibration/test_modes.py",
     "tests/analysis/sweeps/test_sweep.py",
     "tests/analysis/time_series",
+    "tests/analysis/updating",
     "tests/cli/test_vibration_commands.py",
     "tests/cli/test_formats_commands.py",
     "tests/codegen/backends/test_casadi.py",

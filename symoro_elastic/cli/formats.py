@@ -100,16 +100,22 @@ def new(name: str | None, kind: str, brief: bool, example: Path | None) -> None:
 @_out(*MARKDOWN)
 @writes
 def formats(out: str | None) -> None:
-    """Print every table and key of machine files and scenes, every column of motions and measurements, as Markdown."""
+    """Print every table and key of machine files, scenes and lists of vibration tests, every column of motions and
+    measurements, as Markdown.
+    """
     from symoro_elastic.pages.formats import formats_page
 
     _print_or_write(formats_page(), out)
 
 
+def _schemas() -> list[str]:
+    from symoro_elastic.formats.toml.schema import SCHEMAS
+
+    return [*SCHEMAS]
+
+
 @command("schema")
-@click.argument(
-    "file", metavar="[machine|scene]", default="machine", shell_complete=completed_from(lambda: ("machine", "scene"))
-)
+@click.argument("file", metavar="[machine|scene|tests]", default="machine", shell_complete=completed_from(_schemas))
 @_out(*SCHEMAS)
 @writes
 def schema(file: str, out: str | None) -> None:

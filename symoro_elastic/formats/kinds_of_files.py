@@ -23,12 +23,14 @@ class FileKind(Enum):
     MACHINE = "a machine"
     SCENE = "a scene"
     TABLE = "a table of a motion or of measurements"
+    TESTS = "a list of vibration tests"
 
 
 REMEDIES = {
     FileKind.MACHINE: "give the machine first",
     FileKind.SCENE: "a scene is a .toml file with keys of [scene], [motion] and [wanted]",
     FileKind.TABLE: "give the machine first, then .csv or .npz files",
+    FileKind.TESTS: "give the machine first, then a .toml file with a table [[tests]] for each test",
 }
 
 
@@ -77,4 +79,6 @@ def _kind_of_toml(path: Path) -> FileKind | None:
         return None
     if "joints" in keys:
         return FileKind.MACHINE
+    if "tests" in keys:
+        return FileKind.TESTS
     return FileKind.SCENE if keys & {"motion", "wanted", "scene", "models", "outputs", "locked", "static"} else None

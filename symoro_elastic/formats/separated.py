@@ -6,13 +6,18 @@ import re
 from collections.abc import Sequence
 
 COMMA, OTHERS = ",", ";\t"
+_WITHIN = re.compile(r'"[^"]*"|\([^()]*\)')
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?\d*,\d*(?:[eE][-+]?\d+)?\s*", re.ASCII)
 _POINT = re.compile(r"\s*[-+]?(?:\d+\.\d*|\.\d+)(?:[eE][-+]?\d+)?\s*", re.ASCII)
 
 
 def separator_of(header: str) -> str:
-    """Return what stands between the columns of a table, by its header line: a comma, else a semicolon or a tab."""
-    return next((sign for sign in OTHERS if sign in header and COMMA not in header), COMMA)
+    """Return what stands between the columns of a table, by its header line: a comma, else a semicolon or a tab.
+
+    Commas of points, `tool at (0.1, 0, 0).ax`, and in quotes separate nothing.
+    """
+    bare = _WITHIN.sub("", header)
+    return next((sign for sign in OTHERS if sign in bare and COMMA not in bare), COMMA)
 
 
 class Decimals:

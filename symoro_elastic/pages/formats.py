@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from symoro_elastic.analysis.time_series.named_columns import NAMED_COLUMNS
+from symoro_elastic.analysis.updating.tables import FREQUENCY_UNITS, PHASE_UNITS, RATIO_UNITS
 from symoro_elastic.formats.par.keys import KEYS, Place
 from symoro_elastic.formats.reading import FORMATS
 from symoro_elastic.formats.robots.distal_columns import COLUMNS, SCALES
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import SCENE, SECTIONS
 from symoro_elastic.formats.toml.motion_keys import OF_MOTION
+from symoro_elastic.formats.toml.vibration_tests import TESTS
 from symoro_elastic.machine.formula import FUNCTIONS, PI
 from symoro_elastic.quantities.units import SI
 
@@ -55,8 +57,9 @@ name of a column in brackets: {units}. The last frame is `tool`, gravity is
 INTRODUCTION = f"""# File formats
 
 Written by `symoro-elastic formats` from the rows that the readers read by. `symoro-elastic new NAME` writes a commented
-machine file to start from. `symoro-elastic schema machine` and `schema scene` print JSON Schemas, by which editors
-complete and check keys: Taplo and VS Code read `#:schema machine.schema.json` in the first line of a TOML file.
+machine file to start from. `symoro-elastic schema machine`, `schema scene` and `schema tests` print JSON Schemas, by
+which editors complete and check keys: Taplo and VS Code read `#:schema machine.schema.json` in the first line of a TOML
+file.
 
 Quantities are in SI units, angles in rad: where a unit reads "N m/rad or N/m", the first is that of a revolute, the
 second of a prismatic joint. In TOML a number may have a unit, `"120 kg"`, `"8 N/um"`, `"30 deg"` or, as a table,
@@ -194,9 +197,45 @@ read them.
 A `.npz` file holds the same names as arrays of one axis, or blocks: `t` (N), `q` (N x joints that move), `tau`
 (N x motors), and likewise `qd`, `qdd`, `y`, `yd`.
 """
+TESTS_AND_FILES = """### Measured responses and modes (`.csv`, `.npz`, `.uff`, `.unv`)
+
+Tables are as those of motions: one header line, commas, or semicolons or tabs with decimal commas; a `.npz` file holds
+the same names as arrays of one axis. OUT and IN are signals of `response`, such as `tool.ax`, `motor_x.qdd`,
+`"tool at (0.1, 0, L2).ay"`, `tool.fx`, `motor_x.tau`; a minus before one turns its direction. Units are those of OUT
+over IN, such as [g/N], [um/N], [mm/s2/N], with g = 9.80665 m/s2; without, SI. Frequencies increase. The line at 0 Hz,
+and lines that are nan, are left out with a note. What `response --out` writes, `.csv` or `.npz`, is read as it is.
+
+A universal file holds frequency responses (data set 58, function 4) and their coherences (function 6); reading it needs
+the package pyuff (`pip install 'symoro-elastic[uff]'`). `rename` names nodes and directions, `"3:+Z/1:-RX"`, S for a
+scalar. Units are those of its labels, else those of its data types in its system of units (data set 164), else SI;
+one in `rename` replaces them. The format has six digits for frequencies.
+"""
+COLUMN = ("column", "units", "meaning", "example")
 HEAD = ("key", "type", "unit", "default", "meaning", "example")
 
 
+def _units(*known: Iterable[str]) -> str:
+    return ", ".join(unit for units in known for unit in units)
+
+
+TEST_COLUMNS = (
+    ("`f`", _units(FREQUENCY_UNITS), "frequency", "`f [Hz]`"),
+    (
+        "`re OUT/IN`, `im OUT/IN`",
+        "of OUT over IN",
+        "real and imaginary part of a response",
+        "`re tool.ax/tool.fx [g/N]`",
+    ),
+    ("`mag OUT/IN`", "of OUT over IN, dB, dB re a unit", "amplitude", "`mag tool.ax/tool.fx [dB re 1 g/N]`"),
+    ("`phase OUT/IN`", _units(PHASE_UNITS), "phase; the unit must be given", "`phase tool.ax/tool.fx [deg]`"),
+    ("`coherence OUT/IN`", _units(RATIO_UNITS), "coherence, 0 to 1", "`coherence tool.ax/tool.fx`"),
+    ("`frequency`", _units(FREQUENCY_UNITS), "natural frequencies, in a file without `f`", "`frequency [Hz]`"),
+    ("`damping_ratio`", _units(RATIO_UNITS), "their damping ratios; nan: unknown", "`damping_ratio [%]`"),
+    ("`std_frequency`", _units(FREQUENCY_UNITS), "standard deviations of frequencies", "`std_frequency [Hz]`"),
+    ("`std_damping`", _units(RATIO_UNITS), "standard deviations of damping ratios", "`std_damping [%]`"),
+    ("`OUT`", "of OUT", "amplitudes of the modes there, each mode to any scale", "`-tool.ax`"),
+)
+"""Columns of measured responses and modes: name, units, meaning, example."""
 SCENES = (SCENE, *OF_MOTION)
 """The tables that may stand in a file of their own, too."""
 
@@ -212,7 +251,8 @@ def formats_page() -> str:
     blocks += ["## Scene (`[scene]`, or a file for `--scene`)", *_section(SCENE)[1:]]
     blocks += [*(block for section in OF_MOTION for block in _section(section)), PAR, *_par()]
     blocks += [*_robot_blocks(), _table(("column", "unit", "default", "meaning", "example"), distal_columns())]
-    blocks += [SERIES, _table(("column", "units", "meaning", "example"), _columns())]
+    blocks += [SERIES, _table(COLUMN, _columns()), "## Vibration tests (`.toml`)", *_section(TESTS)]
+    blocks += [TESTS_AND_FILES, _table(COLUMN, TEST_COLUMNS)]
     return "\n\n".join(block.strip("\n") for block in blocks) + "\n"
 
 

@@ -83,7 +83,8 @@ def test_examples_are_named_where_one_is_missing(tmp_path: Path, monkeypatch: py
 def test_schemas_and_reference_are_printed() -> None:
     assert json.loads(run("schema").output)["title"].startswith("Machine")
     assert json.loads(run("schema", "scene").output)["title"].startswith("Scene")
-    assert "choose from machine, scene" in refused("schema", "robot")
+    assert json.loads(run("schema", "tests").output)["title"].startswith("Vibration tests")
+    assert "choose from machine, scene, tests" in refused("schema", "robot")
     assert run("formats").output == formats_page()
 
 
@@ -109,7 +110,7 @@ TWO_AXIS = str(EXAMPLES / "two_axis.toml")
         (("generate", TWO_AXIS, "--free", "s"), ["springs"]),
         (("response", "no such file", "--hold", ""), []),
         (("new", "mine", "--kind", "c"), ["cartesian"]),
-        (("schema", ""), ["machine", "scene"]),
+        (("schema", ""), ["machine", "scene", "tests"]),
     ],
     ids=lambda words: " ".join(words[2:]) if isinstance(words, tuple) else "",
 )

@@ -10,7 +10,7 @@ import jsonschema
 import pytest
 
 from symoro_elastic.formats.toml import reading as toml
-from symoro_elastic.formats.toml.schema import machine_schema, scene_schema
+from symoro_elastic.formats.toml.schema import SCHEMAS, machine_schema, scene_schema
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.models.catalogue import MODELS
@@ -109,6 +109,34 @@ def test_scenes_are_accepted(text: str) -> None:
 )
 def test_wrong_scenes_are_refused(text: str) -> None:
     assert refusals(SCENE, text) != []
+
+
+TESTS = jsonschema.Draft202012Validator(SCHEMAS["tests"](MODELS))
+LISTS = sorted((Path(__file__).parents[2] / "examples").glob("*/tests.toml"))
+
+
+@pytest.mark.parametrize("path", LISTS, ids=[path.parent.name for path in LISTS])
+def test_lists_of_tests_are_accepted(path: Path) -> None:
+    assert refusals(TESTS, path.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[tests]",
+        "[[tests]]\nat = { x = 1 }",
+        '[[tests]]\nfile = "m.csv"\nheld = ["x"]',
+        '[[tests]]\nfile = "m.csv"\nhold = "all"',
+        '[[tests]]\nfile = "m.csv"\npd = { x = [1] }',
+        '[[tests]]\nfile = "m.csv"\npd = { x = "none" }',
+        '[[tests]]\nfile = "m.csv"\nband = [1, 2, 3]',
+        '[[tests]]\nfile = "m.csv"\naverages = 1.5',
+        '[[tests]]\nfile = "m.csv"\nrename = { a = 1 }',
+    ],
+)
+def test_wrong_lists_of_tests_are_refused(text: str) -> None:
+    assert refusals(TESTS, text) != []
 
 
 # What is replaced in the sample of couplings and loops, and by what: keys, types and words that the schema knows.

@@ -14,7 +14,8 @@ import warnings
 import zipfile
 import zlib
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import IO, Any, BinaryIO
@@ -35,7 +36,7 @@ MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 1000
 MOST_IN_LINE = 100_000  # characters
 SEPARATORS = {"|": "bars"}
-NUMBERS = "fiu"  # kinds of dtype
+NUMBERS, NUMBERS_AND_TEXTS = "fiu", "fiucU"  # kinds of dtype
 NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf(inity)?)", re.ASCII | re.IGNORECASE)
 ARRAY_MAGIC = b"\x93NUMPY"
 DAMAGED = (
@@ -46,13 +47,22 @@ DAMAGED = (
 
 def read_arrays(path: str | Path) -> Columns:
     """Return the columns of a .csv file, or the arrays of a .npz file, by name. Raises `InputError`."""
+    return read_arrays_of(path, NUMBERS)
+
+
+def read_arrays_of(path: str | Path, kinds: str) -> dict[str, Any]:
+    """Return columns and arrays as `read_arrays` does, those of a .npz file of these kinds of dtype.
+
+    Complex ones and texts among them are as they are, of up to three axes.
+    """
     path = Path(path)
     with read_as(FileKind.TABLE, path):
-        return _read(path)
+        return _read(path, kinds)
 
 
-def _read(path: Path) -> Columns:
-    readers = {".npz": _read_npz, ".csv": _read_csv, ".txt": _read_csv}
+def _read(path: Path, kinds: str) -> Columns:
+    readers: dict[str, Callable[[Path, BinaryIO], Columns]]
+    readers = {".npz": partial(_read_npz, kinds=kinds), ".csv": _read_csv, ".txt": _read_csv}
     if path.suffix.lower() not in readers:
         raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
     with open_file(path) as file:
@@ -178,17 +188,17 @@ def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -
 # NPZ
 
 
-def _read_npz(path: Path, file: BinaryIO) -> Columns:
+def _read_npz(path: Path, file: BinaryIO, kinds: str) -> Columns:
     try:
         if file.read(len(ARRAY_MAGIC)) == ARRAY_MAGIC:
             raise _error(path, "is a single array (.npy): save it with numpy.savez(FILE, t=..., q=..., tau=...)")
         with zipfile.ZipFile(file) as archive:
-            return _arrays(path, archive)
+            return _arrays(path, archive, kinds)
     except DAMAGED:
         raise _error(path, "cannot be read as arrays of numbers: damaged, or not a file of numpy.savez") from None
 
 
-def _arrays(path: Path, archive: zipfile.ZipFile) -> Columns:
+def _arrays(path: Path, archive: zipfile.ZipFile, kinds: str) -> Columns:
     members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
     if len(members) > MOST_COLUMNS:
         raise _error(path, f"{len(members)} arrays, {MOST_COLUMNS} is the limit")
@@ -200,15 +210,15 @@ def _arrays(path: Path, archive: zipfile.ZipFile) -> Columns:
     count, arrays = 0, {}
     for name, info in zip(names, members, strict=True):
         with archive.open(info) as stream:
-            shape, fortran, dtype = _announced(path, name, stream)
+            shape, fortran, dtype = _announced(path, name, stream, kinds)
             count += math.prod(shape)
             _refuse_size(path, name, shape[0], count)
             arrays[name] = _array(path, name, stream, shape, fortran, dtype)
     return arrays
 
 
-def _announced(path: Path, name: str, stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Return shape, order and type of an array from its header; refuse what is not a table of real numbers."""
+def _announced(path: Path, name: str, stream: IO[bytes], kinds: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, order and type of an array from its header; refuse what is not a table of these kinds."""
     read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     version = np.lib.format.read_magic(stream)
     if version not in read:
@@ -216,11 +226,11 @@ def _announced(path: Path, name: str, stream: IO[bytes]) -> tuple[tuple[int, ...
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         shape, fortran, dtype = read[version](stream)
-    if dtype.kind == "c":
+    if dtype.kind == "c" and "c" not in kinds:
         raise _error(path, "holds complex numbers: save their real parts if that is what is meant", name)
-    if dtype.kind not in NUMBERS:
+    if dtype.kind not in kinds:
         raise _error(path, "holds text or objects, not arrays of numbers", name)
-    if len(shape) not in (1, 2) or min(shape) < 0:
+    if len(shape) not in (1, 2, 3)[: 2 if kinds == NUMBERS else 3] or min(shape) < 0:
         raise _error(path, f"has shape {shape}: one axis, or samples x joints", name)
     return shape, fortran, dtype
 
@@ -236,4 +246,4 @@ def _array(
     found = np.frombuffer(content, dtype).reshape(shape, order="F" if fortran else "C")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return found.astype(float)
+        return found.astype(float) if dtype.kind in NUMBERS else found

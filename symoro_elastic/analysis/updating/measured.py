@@ -61,6 +61,7 @@ class VibrationTest:
 
 @dataclass(frozen=True)
 class VibrationTests:
-    """The vibration tests of a machine."""
+    """The vibration tests of a machine; `notes` are lines for the user about what files left out."""
 
     tests: tuple[VibrationTest, ...]
+    notes: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""JSON Schemas (draft 2020-12) of machine files and scenes in TOML, for editors: made of the rows of the reader."""
+"""JSON Schemas (draft 2020-12) of TOML files, for editors: made of the rows of the reader."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 from symoro_elastic.formats.toml.key import DEFINITIONS, Schema
 from symoro_elastic.formats.toml.keys import MACHINE, SCENE
 from symoro_elastic.formats.toml.motion_keys import MOTIONS, WANTED
+from symoro_elastic.formats.toml.vibration_tests import TESTS, TOP
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -32,7 +33,19 @@ def scene_schema(models: Collection[str]) -> dict[str, Any]:
     }
 
 
-SCHEMAS = {"machine": machine_schema, "scene": scene_schema}
+def tests_schema(_models: Collection[str]) -> dict[str, Any]:
+    """The schema of a list of vibration tests, which names no models."""
+    head = {"$schema": DRAFT, "title": "Vibration tests of symoro-elastic", "type": "object"}
+    return {
+        **head,
+        "properties": {TOP: TESTS.schema},
+        "required": [TOP],
+        "additionalProperties": False,
+        "$defs": DEFINITIONS,
+    }
+
+
+SCHEMAS = {"machine": machine_schema, "scene": scene_schema, "tests": tests_schema}
 """The schemas by what they describe."""
 
 

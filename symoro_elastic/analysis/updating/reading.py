@@ -1,0 +1,127 @@
+"""Vibration tests read from a list of them and its files: .csv, .npz and universal files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from symoro_elastic.analysis.time_series.reading import NUMBERS_AND_TEXTS, read_arrays_of
+from symoro_elastic.analysis.updating.file_texts import FileResponse
+from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest, VibrationTests
+from symoro_elastic.analysis.updating.signal_names import Names
+from symoro_elastic.analysis.updating.tables import (
+    FREQUENCY,
+    OF_MODES,
+    SAVED,
+    modes_in,
+    refuse_unsorted,
+    responses_in,
+    saved_responses,
+)
+from symoro_elastic.analysis.updating.universal_files import SUFFIXES, read_universal_file
+from symoro_elastic.formats.kinds_of_files import FileKind, read_as
+from symoro_elastic.formats.toml.vibration_tests import ListedTest, read_list
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import list_of_names
+
+FEWEST_LINES = 3
+
+
+def read_tests(path: str | Path, machine: Machine) -> VibrationTests:
+    """Return the vibration tests of a machine that a list (.toml) names, from their files.
+
+    Raises
+    ------
+    InputError
+        Naming the file, the test and the key or column: wrong keys, names, units, numbers, files.
+    """
+    with read_as(FileKind.TESTS, path):
+        listed = read_list(path, machine)
+    read = [_read(test, machine) for test in listed]
+    return VibrationTests(tuple(test for test, _ in read), tuple(note for _, notes in read for note in notes))
+
+
+def _read(listed: ListedTest, machine: Machine) -> tuple[VibrationTest, list[str]]:
+    """Return a test and notes about what was left out."""
+    test = VibrationTest(
+        listed.file, listed.at, listed.hold, listed.pd, listed.averages, listed.validate
+    )  # fmt: skip
+    names, source = Names(machine, listed), str(listed.path)
+    if listed.path.suffix.lower() in SUFFIXES:
+        return _with_responses(test, read_universal_file(listed.path), names)
+    columns = read_arrays_of(listed.path, NUMBERS_AND_TEXTS)
+    if {*SAVED} <= columns.keys():
+        return _with_responses(test, saved_responses(columns, source), names)
+    for header, x in columns.items():
+        if x.ndim != 1 or x.dtype.kind != "f" or len(x) != len(next(iter(columns.values()))):
+            what = f"has shape {x.shape}: numbers are needed, real, as many as in {next(iter(columns))}"
+            raise InputError(source, header, what)
+    heads = {header.partition("[")[0].strip() for header in columns}
+    if FREQUENCY in heads:
+        return _with_responses(test, responses_in(columns, source), names)
+    if OF_MODES[0] in heads:
+        return replace(test, modes=modes_in(columns, names, source, listed.band)), []
+    what = f"has neither {FREQUENCY} nor {OF_MODES[0]}: responses begin with f [Hz], natural frequencies with frequency"
+    raise InputError(source, "columns", what)
+
+
+def _with_responses(
+    test: VibrationTest, found: Sequence[FileResponse], names: Names
+) -> tuple[VibrationTest, list[str]]:
+    """Return a test with the responses of its file by the names of the machine."""
+    listed = names.test
+    nodal = listed.path.suffix.lower() in SUFFIXES
+    named = [one for one in found if not nodal or one.name in names.rename]
+    notes = []
+    if skipped := [one.name for one in found if one not in named]:
+        what = f"{listed.file}: {list_of_names(skipped)} are skipped"
+        notes.append(f"{what}: rename them to use them")
+    responses = []
+    for one in named:
+        response, lost = _measured(one, names)
+        responses.append(response)
+        notes += lost
+    names.refuse_unused([one.name for one in found])
+    if not responses:
+        there = f"there are {list_of_names(one.name for one in found)}: rename them" if found else "there are none"
+        raise InputError(str(listed.path), "responses", f"no response of the machine, {there}")
+    if listed.averages is None or any(one.coherence is None for one in responses):
+        notes.append(_without_noise(listed, responses))
+    return replace(test, responses=tuple(responses)), notes
+
+
+def _without_noise(listed: ListedTest, responses: Iterable[MeasuredResponse]) -> str:
+    """Return the note that a file does not say how exact it is."""
+    lacking = [f"{one.output}/{one.input}" for one in responses if one.coherence is None]
+    what = f"coherence of {', '.join(lacking)}" if lacking else "averages"
+    what += " and averages" if lacking and listed.averages is None else ""
+    return f"{listed.file}: no {what}: the noise is estimated from the residuals, so chi2 says nothing of the model"
+
+
+def _measured(found: FileResponse, names: Names) -> tuple[MeasuredResponse, list[str]]:
+    """Return a response in SI units, its lines sorted, finite, within the band; and notes about lines left out."""
+    listed, source = names.test, str(names.test.path)
+    output, given, factor = names.pair(found, source)
+    refuse_unsorted(found.f, np.isfinite(found.f), source, found.place)
+    low, high = listed.band
+    inside = (found.f >= low) & (found.f <= high)
+    still = found.f == 0
+    with np.errstate(over="ignore", invalid="ignore"):
+        H = factor * found.H
+    finite = np.isfinite(H) & (True if found.coherence is None else np.isfinite(found.coherence))
+    used = inside & ~still & finite
+    if used.sum() < FEWEST_LINES:
+        what = f"{used.sum()} lines with numbers between {low:g} and {high:g} Hz, above 0: {FEWEST_LINES} are needed"
+        raise InputError(source, found.place, f"{what}; widen the band, or measure again")
+    left_out = ((inside & still, "at 0 Hz"), (inside & ~still & ~finite, "without a number"))
+    notes = [
+        f"{listed.file}: {output} / {given}: {lines.sum()} of {len(lines)} lines, {what}, are left out"
+        for lines, what in left_out
+        if lines.any()
+    ]
+    coherence = None if found.coherence is None else np.clip(found.coherence[used], 0.0, 1.0)
+    return MeasuredResponse(output, given, found.f[used], H[used], coherence), notes

@@ -1,0 +1,196 @@
+"""Lists of vibration tests in TOML: the table [[tests]], its keys, and its entries with the names of a machine."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from symoro_elastic.formats.files import load_text
+from symoro_elastic.formats.toml.key import (
+    NUMBER,
+    NUMBERS,
+    TABLE_OF_TEXTS,
+    TEXT,
+    TEXTS,
+    TRUTH,
+    WHOLE,
+    Key,
+    Section,
+    Type,
+    list_of_numbers,
+)
+from symoro_elastic.formats.toml.motion_keys import GAINS as SERVO_GAINS
+from symoro_elastic.formats.toml.tables import Table, load
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.limits import unit_of
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.names import did_you_mean, quote
+from symoro_elastic.machine.resolve import joints_by_any_name
+
+Gains = tuple[float, float] | None
+"""Kp and Kd of a motor's position controller, None where they are unknown."""
+UNKNOWN = "unknown"
+ALL = "all"
+EVERY_LINE = (0.0, 1e12)
+
+
+_PAIR = list_of_numbers(2)
+_ONE_GAIN = {"anyOf": [{"const": UNKNOWN}, _PAIR.schema]}
+GAINS = Type('table of 2 numbers or "unknown"', {"type": "object", "additionalProperties": _ONE_GAIN}, Table.table)
+
+FILE = Key("file", TEXT, "the measurement, relative to this file: .csv, .npz, .uff or .unv", '"hammer_tool.csv"')
+AT = Key(
+    *("at", NUMBERS, "positions of motors, and of other joints where the search for equilibrium begins"),
+    "{ motor_x = 0.3, motor_y = 0 }",
+    default={},
+    otherwise="0, the start of loops, neutral positions of springs",
+    unit="rad or m",
+)
+HOLD = Key("hold", TEXTS, 'motors held by brakes; "all"', '["all"]', default=(), otherwise="none")
+PD = Key(
+    *("pd", GAINS, "gains kp and kd of position controllers that are on; unknown ones are sought"),
+    '{ motor_x = [1.5e7, 4e4], motor_y = "unknown" }',
+    default={},
+    otherwise="motors are free",
+    unit="N m/rad and N m s/rad, or N/m and N s/m",
+)
+BAND = Key(
+    "band", _PAIR, "frequencies that are used", "[10, 600]", default=EVERY_LINE, otherwise="all above 0", unit="Hz"
+)
+AVERAGES = Key("averages", WHOLE, "averages of each response", "10", otherwise="not known")
+VALIDATE = Key(
+    "validate", TRUTH, "whether the test is predicted, and not fitted", "true", default=False, otherwise="false"
+)
+RENAME = Key(
+    *("rename", TABLE_OF_TEXTS, "OUT/IN by the names of the file; a minus turns a direction, a unit may follow"),
+    '{ "3:+Z/3:+Z" = "tool.az/-tool.fz [g/N]" }',
+    default={},
+    otherwise="names of the file are those of the machine",
+)
+TESTS = Section(
+    "[[tests]]",
+    "Vibration tests of a machine in equilibrium, by which `update` finds springs and dampers.",
+    (FILE, AT, HOLD, PD, BAND, AVERAGES, VALIDATE, RENAME),
+    rows=True,
+)
+TOP = "tests"
+
+
+@dataclass(frozen=True)
+class ListedTest:
+    """One entry of the list: names are those of joints of the machine, `place` its place in the list `source`."""
+
+    file: str
+    path: Path
+    at: Mapping[str, float]
+    hold: tuple[str, ...]
+    pd: Mapping[str, Gains]
+    band: tuple[float, float]
+    averages: int | None
+    validate: bool
+    rename: Mapping[str, str]
+    source: str
+    place: str
+
+    def fail(self, key: str, what: str) -> InputError:
+        """The error to raise about one key."""
+        return InputError(self.source, f"{self.place}, {key}", what)
+
+
+def read_list(path: str | Path, machine: Machine) -> tuple[ListedTest, ...]:
+    """The entries of a list of tests; raises `InputError` naming test and key.
+
+    That is for unknown keys, joints and motors, other units, positions outside limits, motors held and driven.
+    """
+    top = load(load_text(path), str(path)).only((TOP,))
+    tables = top.tables(TOP)
+    if not tables:
+        raise top.fail(TOP, "holds no test: write a table [[tests]] with file = ... for each")
+    return tuple(_entry(table, k, Path(path), machine) for k, table in enumerate(tables, start=1))
+
+
+def _entry(table: Table, number: int, path: Path, machine: Machine) -> ListedTest:
+    file = table.entries.get(FILE.name)
+    table = replace(table, place=f"test {number}" + (f" ({file})" if isinstance(file, str) and file else ""))
+    table.only(TESTS.names)
+    found = {key.name: key.read(table) for key in TESTS.keys if key not in (AT, AVERAGES)}
+    if not found["file"].strip():
+        raise table.fail(FILE.name, "is empty: name the file of the measurement")
+    averages = AVERAGES.read(table) if AVERAGES.name in table.entries else None
+    if averages is not None and averages < 1:
+        raise table.fail(AVERAGES.name, f"{averages}: a response has at least 1 average")
+    low, high = found["band"]
+    if not 0 <= low < high:
+        raise table.fail(BAND.name, f"from {low:g} to {high:g} Hz: give 0 <= LOW < HIGH")
+    hold = _held(table, machine, found["hold"])
+    pd = _driven(table, machine, hold)
+    return ListedTest(
+        found["file"], path.parent / found["file"], _positions(table, machine), hold, pd, found["band"], averages,
+        found["validate"], found["rename"], table.source, table.place,
+    )  # fmt: skip
+
+
+def _positions(table: Table, machine: Machine) -> dict[str, float]:
+    """The positions under `at`, by joint, within limits."""
+    of, limits = table.table(AT.name), DescribedMachine.of(machine).limits
+    moving = {joint.name: joint for joint in machine.independent_joints}
+    found: dict[str, float] = {}
+    for key in of.entries:
+        name = _name(of, key, machine, moving, "joint")
+        unit = unit_of("position", moving[name])
+        x = NUMBER.read(replace(of, units=unit), key)
+        allowed = limits.of(name).position
+        if name in found:
+            raise of.fail(key, f"{name} is named twice: keep one")
+        if allowed and x not in allowed:
+            what = f"{x:g} {unit} is outside its limits, {allowed.low:g} to {allowed.high:g} {unit}"
+            raise of.fail(key, f"{what}: correct it, or the table [limits] of the machine")
+        found[name] = x
+    return found
+
+
+def _held(table: Table, machine: Machine, names: tuple[str, ...]) -> tuple[str, ...]:
+    motors = [joint.name for joint in machine.motor_joints]
+    held = motors if ALL in names else [_name(table, name, machine, motors, "motor", HOLD.name) for name in names]
+    if len(set(held)) < len(held):
+        raise table.fail(HOLD.name, "a motor is named twice: keep one")
+    return tuple(held)
+
+
+def _driven(table: Table, machine: Machine, held: tuple[str, ...]) -> dict[str, Gains]:
+    """Gains by motor."""
+    of, motors = table.table(PD.name), {joint.name: joint for joint in machine.motor_joints}
+    found: dict[str, Gains] = {}
+    for key in of.entries:
+        name = _name(of, key, machine, motors, "motor")
+        if name in held:
+            raise of.fail(key, f"{name} is held, so its controller does nothing: remove it here or in hold")
+        if name in found:
+            raise of.fail(key, f"{name} is named twice: keep one")
+        found[name] = _gains(of, key, slides=motors[name].sigma == 1)
+    return found
+
+
+def _gains(of: Table, motor: str, slides: bool) -> Gains:
+    given = of.entries[motor]
+    if given == UNKNOWN:
+        return None
+    if not isinstance(given, list) or len(given) != len(SERVO_GAINS):
+        raise of.fail(motor, f'must be a list of 2 numbers, kp and kd, or "{UNKNOWN}"')
+    found = []
+    for key, x in zip(SERVO_GAINS, given, strict=True):
+        one = Table({key.name: x}, of.source, of.at(motor), key.unit.split(" or ")[slides])
+        found.append(NUMBER.read(one, key.name))
+        if found[-1] < 0:
+            raise one.fail(key.name, f"{found[-1]:g}: a negative gain drives the motor away, give one >= 0")
+    return found[0], found[1]
+
+
+def _name(table: Table, name: str, machine: Machine, known: Collection[str], what: str, place: str = "") -> str:
+    """The joint that is called `name`, by its name, its variable or its number; it must be among the known ones."""
+    found = joints_by_any_name(machine).get(name, name)
+    if found not in known:
+        raise table.fail(place or name, f"no {what} {quote(name)}{did_you_mean(name, known)}")
+    return found
