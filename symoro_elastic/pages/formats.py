@@ -70,7 +70,8 @@ with a letter; letters, digits and single underscores follow; words of the gener
 
 Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
 `examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`, `examples/scenes/puma_within.toml`,
-`examples/scenes/two_axis_move.toml`, `examples/scenes/ball_screw_drives.toml`.
+`examples/scenes/two_axis_move.toml`, `examples/scenes/ball_screw_drives.toml`, `examples/lathe_tests/tests.toml`,
+`examples/two_axis_tests/tests.toml`.
 """
 TOML = """## Machine file in TOML (`.toml`)
 

@@ -19,6 +19,7 @@ from symoro_elastic.formats.toml import keys as toml_keys
 from symoro_elastic.formats.toml import motion_keys
 from symoro_elastic.formats.toml.key import Section
 from symoro_elastic.formats.toml.keys import BODY, MACHINE, SCENE, SECTIONS
+from symoro_elastic.formats.toml.vibration_tests import TESTS
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.pages.formats import formats_page
 
@@ -41,6 +42,7 @@ def test_every_row_says_what_it_means() -> None:
     assert all(key.meaning and key.example and key.default for key in KEYS)
 
 
+TEST_LISTS = ("lathe_tests/tests.toml", "two_axis_tests/tests.toml")
 OF_DRIVE = {
     "current": drive_keys.CURRENT,
     "feed_forward": drive_keys.FEED_FORWARD,
@@ -99,6 +101,10 @@ def test_every_key_of_scenes_stands_in_an_example() -> None:
     read_scene(EXAMPLES / "scenes" / "tool.toml", machine)
     read_scene(EXAMPLES / "scenes" / "puma_within.toml", read_machine(EXAMPLES / "puma560_measured.toml")[0])
     assert {*used("scenes/tool.toml"), *used("scenes/puma_within.toml")} == {*SCENE.names}
+
+
+def test_every_key_of_tests_stands_in_an_example() -> None:
+    assert {key for name in TEST_LISTS for test in used(name)["tests"] for key in test} == {*TESTS.names}
 
 
 def test_every_key_of_par_stands_in_an_example() -> None:
