@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from symoro_elastic.analysis.time_series.named_columns import NAMED_COLUMNS
-from symoro_elastic.analysis.updating.tables import FREQUENCY_UNITS, PHASE_UNITS, RATIO_UNITS
+from symoro_elastic.analysis.updating.tables import FREQUENCY_UNITS, PHASE_UNITS, RATIO_UNITS, TIME_UNITS
 from symoro_elastic.formats.par.keys import KEYS, Place
 from symoro_elastic.formats.reading import FORMATS
 from symoro_elastic.formats.robots.distal_columns import COLUMNS, SCALES
@@ -206,6 +206,9 @@ the same names as arrays of one axis. OUT and IN are signals of `response`, such
 over IN, such as [g/N], [um/N], [mm/s2/N], with g = 9.80665 m/s2; without, SI. Frequencies increase. The line at 0 Hz,
 and lines that are nan, are left out with a note. What `response --out` writes, `.csv` or `.npz`, is read as it is.
 
+A ring-down becomes natural frequencies, damping ratios and shapes with standard deviations, by least squares, which are
+those of white noise. Modes that do not decay in the record are left out with a note.
+
 A universal file holds frequency responses (data set 58, function 4) and their coherences (function 6); reading it needs
 the package pyuff (`pip install 'symoro-elastic[uff]'`). `rename` names nodes and directions, `"3:+Z/1:-RX"`, S for a
 scalar. Units are those of its labels, else those of its data types in its system of units (data set 164), else SI;
@@ -235,6 +238,7 @@ TEST_COLUMNS = (
     ("`std_frequency`", _units(FREQUENCY_UNITS), "standard deviations of frequencies", "`std_frequency [Hz]`"),
     ("`std_damping`", _units(RATIO_UNITS), "standard deviations of damping ratios", "`std_damping [%]`"),
     ("`OUT`", "of OUT", "amplitudes of the modes there, each mode to any scale", "`-tool.ax`"),
+    ("`t`", _units(TIME_UNITS), "even time of a ring-down from the stop on, beside columns `OUT`", "`t [ms]`"),
 )
 """Columns of measured responses and modes: name, units, meaning, example."""
 SCENES = (SCENE, *OF_MOTION)

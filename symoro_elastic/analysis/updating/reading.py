@@ -11,15 +11,18 @@ import numpy as np
 from symoro_elastic.analysis.time_series.reading import NUMBERS_AND_TEXTS, read_arrays_of
 from symoro_elastic.analysis.updating.file_texts import FileResponse
 from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest, VibrationTests
+from symoro_elastic.analysis.updating.ring_downs import modes_of_ring_down
 from symoro_elastic.analysis.updating.signal_names import Names
 from symoro_elastic.analysis.updating.tables import (
     FREQUENCY,
     OF_MODES,
     SAVED,
+    TIME,
     modes_in,
     refuse_unsorted,
     responses_in,
     saved_responses,
+    signals_in,
 )
 from symoro_elastic.analysis.updating.universal_files import SUFFIXES, read_universal_file
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
@@ -65,7 +68,12 @@ def _read(listed: ListedTest, machine: Machine) -> tuple[VibrationTest, list[str
         return _with_responses(test, responses_in(columns, source), names)
     if OF_MODES[0] in heads:
         return replace(test, modes=modes_in(columns, names, source, listed.band)), []
-    what = f"has neither {FREQUENCY} nor {OF_MODES[0]}: responses begin with f [Hz], natural frequencies with frequency"
+    if TIME in heads:
+        signals = signals_in(columns, names, source)
+        modes, left_out = modes_of_ring_down(signals.pop(TIME), signals, listed.band, source)
+        return replace(test, modes=modes), [f"{listed.file}: {note}" for note in left_out]
+    what = f"has neither {FREQUENCY} nor {OF_MODES[0]} nor {TIME}: responses begin with f [Hz], "
+    what += "natural frequencies with frequency, ring-downs with t"
     raise InputError(source, "columns", what)
 
 

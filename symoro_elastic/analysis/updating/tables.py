@@ -23,13 +23,14 @@ from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 
 FREQUENCY_UNITS = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / (2 * math.pi)}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 PHASE_UNITS = {"deg": math.pi / 180, "rad": 1.0}
 RATIO_UNITS = {"1": 1.0, "%": 0.01}
 PARTS = ("re", "im", "mag", "phase", "coherence")
 COMPLEX = (("re", "im"), ("mag", "phase"))
 SAVED = ("frequencies", "G", "inputs", "outputs")
 """Arrays of the .npz file of a response."""
-FREQUENCY, OF_MODES = "f", ("frequency", "damping_ratio", "std_frequency", "std_damping")
+TIME, FREQUENCY, OF_MODES = "t", "f", ("frequency", "damping_ratio", "std_frequency", "std_damping")
 _COLUMN = re.compile(rf"(?P<part>{'|'.join(PARTS)})\s+(?P<pair>.+)")
 _DECIBEL = re.compile(r"dB(?:\s+re\s+(?:1\s+)?(?P<unit>.+))?")
 
@@ -77,7 +78,7 @@ def saved_responses(arrays: Mapping[str, Any], source: str) -> list[FileResponse
 
 def _once(known: Array | None, x: Array, source: str, header: str) -> Array:
     if known is not None:
-        raise InputError(source, header, "there are two columns of frequencies: keep one")
+        raise InputError(source, header, "is given twice: keep one")
     return x
 
 
@@ -160,6 +161,23 @@ def modes_in(columns: Columns, names: Names, source: str, band: tuple[float, flo
     zeta, std_f, std_zeta = (known[name][order] if name in known else None for name in OF_MODES[1:])
     amplitudes = np.stack([*shapes.values()], axis=1)[order].astype(complex) if shapes else None
     return MeasuredModes(f[order], zeta, std_f, std_zeta, tuple(shapes), amplitudes)
+
+
+# Ring-downs
+
+
+def signals_in(columns: Columns, names: Names, source: str) -> dict[str, Array]:
+    """Return time (`t`, s) and signals by output of a ring-down, in SI units; raises `InputError` naming the column."""
+    found: dict[str, Array] = {}
+    for header, x in columns.items():
+        name, unit = name_and_unit(header)
+        if name == TIME:
+            found[TIME] = _once(found.get(TIME), x * _chosen(unit or "s", TIME_UNITS, source, header), source, header)
+        else:
+            output, factor = names.output(name, unit, partial(InputError, source, header))
+            found[output] = factor * x
+    names.refuse_unused([*columns])
+    return found
 
 
 def _refuse_modes(known: Mapping[str, Array], shapes: Mapping[str, Array], source: str) -> None:
