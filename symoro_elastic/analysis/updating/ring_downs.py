@@ -53,7 +53,7 @@ def modes_of_ring_down(
     too short, without a vibration above the noise, or without decay.
     """
     _refuse_record(t, signals, source)
-    even: Array = float(t[-1] - t[0]) / (len(t) - 1) * np.arange(len(t))
+    even = np.arange(len(t), dtype=float) * (float(t[-1] - t[0]) / (len(t) - 1))
     fit = _modes(even, np.stack([*signals.values()], axis=1))
     if not len(fit.poles):
         what = "no vibration is above the noise: let the record begin at the stop, or measure closer to the tool"
