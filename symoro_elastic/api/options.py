@@ -240,6 +240,14 @@ class Viewing(Options, kw_only=False):
     progress: Progress = progress_row()
 
 
+class Serving(Options):
+    """How the live page of a machine is served."""
+
+    port: int = option(
+        0, "N", "Port of this computer at which it is served (0: one that is free).", kinds.WHOLE, least=0, most=65535
+    )
+
+
 class Reporting(Options, kw_only=False):
     """What the report of a machine is about."""
 

@@ -1,17 +1,18 @@
-"""Pages about machines: report."""
+"""Pages about machines: report, live."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.motions import ladder
-from symoro_elastic.api.options import Reporting
-from symoro_elastic.api.rows import MachineLike
+from symoro_elastic.api.options import Reporting, Serving
+from symoro_elastic.api.rows import READABLE, MachineLike
 from symoro_elastic.api.scenes import SceneRequest
-from symoro_elastic.foundation.file_forms import PAGES
+from symoro_elastic.foundation.file_forms import PAGES, form_of
 from symoro_elastic.foundation.output_files import permission, write_all, write_text
 from symoro_elastic.foundation.results import Shown, inline_page
 from symoro_elastic.machine.restrict import restrict
@@ -64,3 +65,19 @@ def report(machine: MachineLike, options: Reporting) -> Report:
         climbed = ladder(whole, scene, announce=options.announce, progress=options.progress)
     kept = restrict(whole, SceneRequest().of(whole, scene))
     return Report(whole.name, report_page(Subject(kept, climbed, options.announce, options.progress)))
+
+
+def live(machine: str, options: Serving, ready: Callable[[str], None]) -> None:
+    """Serve the page that follows a machine file until Ctrl+C; `ready` is called with its address.
+
+    Raises `InputError` for a file of another kind, a port that is taken, and where the packages of the extra are
+    missing.
+    """
+    import asyncio
+    from contextlib import suppress
+
+    from symoro_elastic.pages.live.server import serve
+
+    form_of(machine, READABLE, "MACHINE")
+    with suppress(KeyboardInterrupt):
+        asyncio.run(serve(machine, options.port, ready))

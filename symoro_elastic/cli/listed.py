@@ -30,6 +30,7 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
     "Models and code": {
         "show": Listed("machine", "Print the parameters of MACHINE and its base parameters."),
         "view": Listed("pages", "Write a page that shows MACHINE and moves it."),
+        "live": Listed("pages", "Show MACHINE on a page that follows its file."),
         "convert": Listed("machine", "Convert MACHINE to the format of FILE."),
         "models": Listed("machine", "List the models: arguments, results, shapes, units."),
         "equations": Listed("code", "Write the equations of models as LaTeX, HTML or PDF."),

@@ -1,10 +1,10 @@
-"""Commands that write pages to look at: view, report."""
+"""Commands that make pages to look at: view, live, report."""
 
 from __future__ import annotations
 
 import click
 
-from symoro_elastic.api.options import Reporting, Viewing
+from symoro_elastic.api.options import Reporting, Serving, Viewing
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import MACHINE, InputFile, OutputFile, OutputPage, call, takes, writes
 from symoro_elastic.cli.output import staged_progress
@@ -39,6 +39,18 @@ def view(machine: str, out: str, beside: str | None, options: Viewing) -> None:
         note(remark)
     write_text(html, out, "--out")
     click.echo(f"wrote {out}")
+
+
+@command("live")
+@MACHINE
+@takes(Serving)
+def live(machine: str, options: Serving) -> None:
+    """Serve it on this computer, at the address that is printed, until Ctrl+C: picture, modes, warnings, base
+    parameters, operations, equations. What any editor saves is shown at once; cells of a .toml file are written back.
+    """
+    from symoro_elastic.api import pages
+
+    pages.live(machine, options, lambda address: click.echo(f"{address}\nCtrl+C ends it."))
 
 
 @command("report")

@@ -12,7 +12,7 @@ function start() {
   const stage = stageOf(data, frames, canvas);
   const player = new Player(data, frames, stage);
   player.place(data.q);
-  if (!stage) return;
+  if (!stage) return player;
   const sections = document.getElementById("sections");
   if (data.joints.length) sections.append(positionSection(player, data));
   if (data.modes.length) sections.append(modesSection(player, data));
@@ -24,6 +24,7 @@ function start() {
   const hint = document.getElementById("hint");
   canvas.addEventListener("pointerup", () => { hint.hidden = true; }, { once: true });
   keepAddress(stage, player, data);
+  return player;
 }
 
 // The machine in space in the place of its picture; null, and the picture stays, where there is no WebGL.
@@ -38,4 +39,4 @@ function stageOf(data, frames, canvas) {
   }
 }
 
-start();
+window.player = start();

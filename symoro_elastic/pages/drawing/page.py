@@ -55,19 +55,22 @@ FRAME_HEIGHT = 560
 RUN = re.compile(r"<(script|style)>(.*?)</\1>", re.DOTALL)
 
 
-def machine_page(shown: ShownMachine) -> str:
-    """Return the page as HTML; raises `InputError` where the machine cannot be drawn at its position."""
+def machine_page(shown: ShownMachine, *, still: bool = True) -> str:
+    """Return the page as HTML; raises `InputError` where the machine cannot be drawn at its position.
+
+    A browser without WebGL shows a `still` picture, which takes half of the time.
+    """
     programs = [javascript_function(name, program) for name, program in shown.placements.programs.items()]
     names = ", ".join(shown.placements.programs)
     page = render(
         "view/page.html.j2",
         data=as_json(page_data(shown)),
         style=_file("page.css"),
-        picture=svg(picture_of(shown.figure)),
+        picture=svg(picture_of(shown.figure)) if still else "",
         program="\n".join(['"use strict";', *programs, f"const programs = {{ {names} }};"]),
         scripts=[_file(name) for name in SCRIPTS],
     )
-    return page.replace("POLICY", _policy(page), 1)
+    return page.replace("POLICY", content_policy(page), 1)
 
 
 def page_data(shown: ShownMachine) -> dict[str, Any]:
@@ -116,7 +119,7 @@ def pages_beside(pages: Sequence[tuple[str, str]]) -> str:
     """Return one page that shows pages of machines, each with its title, side by side: each moves by itself."""
     frames = [(escape(title), escape(page)) for title, page in pages]
     whole = render("view/beside.html.j2", frames=frames)
-    return whole.replace("POLICY", _policy("".join([whole, *(page for _, page in pages)])), 1)
+    return whole.replace("POLICY", content_policy("".join([whole, *(page for _, page in pages)])), 1)
 
 
 def as_json(data: Mapping[str, Any]) -> str:
@@ -125,7 +128,7 @@ def as_json(data: Mapping[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _policy(page: str) -> str:
+def content_policy(page: str) -> str:
     """Return a policy that lets a browser run and apply what is in the page, and load nothing."""
     found: dict[str, list[str]] = {"script": [], "style": []}
     for kind, text in RUN.findall(page):

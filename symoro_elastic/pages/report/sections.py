@@ -164,17 +164,18 @@ def _counts(subject: Subject) -> Iterator[str]:
 
 
 def _accuracy(subject: Subject) -> Iterator[str]:
-    _refuse_large(subject.machine, "symoro-elastic check compares the code of larger machines")
+    refuse_large(subject.machine, "symoro-elastic check compares the code of larger machines")
     scene = Scene(models=("direct_dynamics", "inverse_dynamics"))
     yield from blocks_of(verify(subject.machine, scene, announce=subject.announce, progress=subject.progress))
 
 
 def _equations(subject: Subject) -> Iterator[str]:
-    _refuse_large(subject.machine, "symoro-elastic equations writes them to a page of their own")
+    refuse_large(subject.machine, "symoro-elastic equations writes them to a page of their own")
     yield from equation_blocks(subject.machine)
 
 
-def _refuse_large(machine: Machine, instead: str) -> None:
+def refuse_large(machine: Machine, instead: str) -> None:
+    """Raise `InputError` for a machine of more rows than a page has equations of; `instead` is the way out."""
     if len(machine.joints) > MOST_JOINTS:
         raise machine.error("joints", f"{len(machine.joints)}, and this section is for up to {MOST_JOINTS}: {instead}")
 

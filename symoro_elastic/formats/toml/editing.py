@@ -1,0 +1,204 @@
+"""Single cells of a TOML machine file: which there are, one written anew with all else as it was, and their lines.
+
+What is written goes through tomlkit, which keeps comments, order and spaces. Cells are data: their new text becomes a
+number or a text of TOML, never a table.
+"""
+
+from __future__ import annotations
+
+import copy
+import re
+import tomllib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+from symoro_elastic.formats.toml.keys import JOINTS, NAME, OF_JOINTS, PARAMETERS, VALUE, section_of
+from symoro_elastic.formats.toml.tables import QUANTITY, Number, load
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import import_optional
+
+Path = Sequence[str | int]
+"""Keys and places in lists that lead to a value: ("bodies", "arm", "inertia", 0)."""
+
+MOST_CHARACTERS = 200_000
+"""Of a file that is edited cell by cell."""
+MOST_OF_A_CELL = 1000
+NUMBER = re.compile(r"[-+]?(?:0|[1-9]\d*)(?:\.\d+)?(?:[eE][-+]?\d+)?")
+OF_A_JOINT = re.compile(r"joint (\d+)\b")
+OF_A_LINE = re.compile(r"line (\d+)\b")
+HERE = "symoro_elastic is here"
+
+
+def _tomlkit() -> Any:
+    return import_optional("tomlkit", "editing a file that keeps its comments", "live")
+
+
+def with_cell(text: str, path: Path, new: str, source: str) -> str:
+    """Return the text of a file with one value replaced, or added to a table that is there.
+
+    A number is written as it is typed, anything else as a text, which formulas are. Raises `InputError` where there is
+    no such place, and for a file in which the value cannot be replaced alone.
+    """
+    place = ", ".join(str(key + 1 if isinstance(key, int) else key) for key in path)
+    literal = _literal(new, source, place)
+    wanted = load(text, source).entries
+    try:
+        document = _tomlkit().parse(text)
+        for whole, value in ((wanted, _as_read(literal)), (document, literal)):
+            _set(whole, path, value)
+        found = str(document.as_string())
+        if load(found, source).entries == wanted:
+            return found
+    except (_tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
+        pass
+    raise InputError(source, place, "cannot be written alone here: change it in an editor")
+
+
+def _literal(text: str, source: str, place: str) -> Any:
+    """What tomlkit writes for the text of a cell."""
+    text = text.strip()
+    if not text:
+        raise InputError(source, place, "is empty: give a number or a formula, 0 for none")
+    if len(text) > MOST_OF_A_CELL or not text.isprintable():
+        raise InputError(source, place, f"is not one line of up to {MOST_OF_A_CELL} characters")
+    tomlkit = _tomlkit()
+    return tomlkit.value(text) if NUMBER.fullmatch(text) else tomlkit.item(text)
+
+
+def _as_read(literal: Any) -> Any:
+    """The same value as `load` gives it."""
+    return tomllib.loads(f"x = {literal.as_string()}", parse_float=Number)["x"]
+
+
+def _set(whole: Any, path: Path, value: Any) -> None:
+    """Set a value in tables and lists; the last key may be new in its table, and nothing else is."""
+    if any(isinstance(key, int) and key < 0 for key in path):
+        raise LookupError(path)
+    for key in path[:-1]:
+        whole = whole[key]
+    if isinstance(path[-1], int):
+        whole[path[-1]]  # nothing is added to a list
+    elif not isinstance(whole, Mapping) or isinstance(whole.get(path[-1]), Mapping | list):
+        raise TypeError(path)
+    whole[path[-1]] = value
+
+
+def tables_of(text: str, source: str) -> list[dict[str, Any]]:
+    """Return the tables of a file whose cells can be edited: heading, columns, and rows of cells as JSON has them.
+
+    A cell has the path and the text of a value, or several `parts` of a list; a missing one that may be added has no
+    text. Raises `InputError` for a text that is not TOML.
+    """
+    top = load(text, source).entries
+    joints = top.get("joints")
+    rows = [row for row in joints if isinstance(row, dict)] if isinstance(joints, list) else []
+    of_joints = [(str(row.get(NAME.name, k + 1)), ["joints", k], row) for k, row in enumerate(rows)]
+    found = [_table("joints", [key for key in JOINTS.names if key != NAME.name], of_joints)]
+    for heading in (PARAMETERS.name, *OF_JOINTS):
+        entries = top.get(heading)
+        if isinstance(entries, dict) and entries:
+            keys = QUANTITY if heading == PARAMETERS.name else section_of(heading).names
+            found.append(_table(heading, keys, [(name, [heading, name], row) for name, row in entries.items()]))
+    return [table for table in found if table["rows"]]
+
+
+def _table(heading: str, keys: Sequence[str], rows: Sequence[tuple[str, list[Any], Any]]) -> dict[str, Any]:
+    """A table of rows with their names and paths; columns are the keys that any row has."""
+    tables = [row for _, _, row in rows if isinstance(row, dict)]
+    columns = [key for key in keys if any(key in row for row in tables)]
+    if len(tables) < len(rows) and VALUE.name not in columns:
+        columns = [VALUE.name, *columns]
+    lists = {key for key in columns if any(isinstance(row.get(key), list) for row in tables)}
+    made = [{"name": name, "cells": [_cell(path, row, key, lists) for key in columns]} for name, path, row in rows]
+    return {"heading": heading, "columns": columns, "rows": made}
+
+
+def _cell(path: list[Any], row: Any, key: str, lists: Collection[str]) -> dict[str, Any]:
+    """The cell of a key in a row, which may be a value itself; nothing where no single value can be added."""
+    if not isinstance(row, dict):
+        return _shown(path, row) if key == VALUE.name else {}
+    return {} if key in lists and key not in row else _shown([*path, key], row.get(key))
+
+
+def _shown(path: list[Any], value: Any) -> dict[str, Any]:
+    if isinstance(value, dict):
+        unit = value.get("unit")
+        return {**_shown([*path, VALUE.name], value.get(VALUE.name)), "unit": unit if isinstance(unit, str) else ""}
+    if isinstance(value, list):
+        return {"parts": [_shown([*path, k], part) for k, part in enumerate(value)]}
+    return {"path": path, "text": "" if value is None else str(value).lower() if value is True else str(value)}
+
+
+class Lines:
+    """The lines of a file on which the places of messages stand."""
+
+    def __init__(self, text: str, source: str) -> None:
+        self.text, self.source = text, source
+
+    @cached_property
+    def _entries(self) -> Mapping[str, Any]:
+        return load(self.text, self.source).entries
+
+    def of(self, place: str) -> int | None:
+        """Return the line of a place such as "joint 3 (elbow), alpha"; None where it stands on none."""
+        if line := OF_A_LINE.match(place):
+            return int(line[1])
+        if len(self.text) > MOST_CHARACTERS:
+            return None
+        try:
+            path = _first_value(self._entries, _path_of(self._entries, place.split(", ")))
+            document = copy.deepcopy(self._document)
+            whole = document
+            for key in path[:-1]:
+                whole = whole[key]
+            whole[path[-1]] = HERE
+            return str(document.as_string()).partition(HERE)[0].count("\n") + 1
+        except (InputError, _tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
+            return None
+
+    @cached_property
+    def _document(self) -> Any:
+        return _tomlkit().parse(self.text)
+
+
+def _path_of(top: Mapping[str, Any], pieces: Sequence[str]) -> list[Any]:
+    """The path to what the pieces of a place name; raises `LookupError`."""
+    if joint := OF_A_JOINT.match(pieces[0]):
+        number = int(joint[1]) - 1
+        row = top["joints"][number]
+        for piece in reversed(pieces[1:]):
+            for found in _keyed(top, number, row.get(NAME.name), piece):
+                return found
+        return ["joints", number]
+    head = ["loops", pieces[0].removeprefix("loop ")] if pieces[0].startswith("loop ") else [pieces[0]]
+    path: list[Any] = []
+    whole: Any = top
+    for key in [*head, *pieces[1:]]:
+        if not isinstance(whole, Mapping) or key not in whole:
+            break
+        whole = whole[key]
+        path.append(key)
+    if not path:
+        raise LookupError(pieces[0])
+    return path
+
+
+def _keyed(top: Mapping[str, Any], number: int, name: Any, key: str) -> Iterator[list[Any]]:
+    """Where a key of a joint may stand: in its row, else in a section."""
+    if key in top["joints"][number]:
+        yield ["joints", number, key]
+    for section, entries in top.items():
+        entry = entries.get(name) if isinstance(entries, dict) else None
+        if isinstance(entry, dict) and key in entry:
+            yield [section, name, key]
+
+
+def _first_value(whole: Any, path: list[Any]) -> list[Any]:
+    """The path to the first value within what a path leads to."""
+    for key in path:
+        whole = whole[key]
+    while isinstance(whole, dict | list) and whole:
+        key = next(iter(whole)) if isinstance(whole, dict) else 0
+        whole, path = whole[key], [*path, key]
+    return path

@@ -1,0 +1,88 @@
+"use strict";
+// The tables of the file. A cell is sent when it is left; what is being typed stays while the file changes elsewhere.
+
+const LEAST = 3, MOST = 18;  // characters that a cell is wide
+
+class Cells {
+  // `post(where, data)` returns null, or a sentence about why nothing is written.
+  constructor(post) {
+    this.post = post;
+    this.version = "";
+    this.inputs = new Map();
+    this.refused = element("p", { id: "refused", role: "alert" });
+    this.undo = button("Undo", () => this.back());
+    this.place = element("div", {});
+  }
+
+  // Show tables of a version; null leaves those before, of a file that cannot be read.
+  show({ version, tables, refused }) {
+    this.version = version;
+    if (tables === null) return;
+    const typing = this.inputs.get(document.activeElement?.dataset?.path);
+    const draft = typing && { path: typing.dataset.path, text: typing.value, changed: typing.value !== typing.dataset.text, seen: typing.dataset.seen };
+    this.inputs.clear();
+    this.place.replaceChildren(...(refused ? [element("p", { class: "remark" }, refused)] : []), ...tables.map((one) => this._table(one)));
+    const again = draft && this.inputs.get(draft.path);
+    if (!again) return;
+    again.focus();
+    if (draft.changed && again.dataset.text !== draft.text) Object.assign(again, { value: draft.text }).dataset.seen = draft.seen;
+  }
+
+  undoable(count) {
+    this.undo.disabled = !count;
+    this.undo.textContent = count ? `Undo (${count})` : "Undo";
+  }
+
+  _table({ heading, columns, rows }) {
+    const head = element("tr", {}, element("th", { scope: "col" }, "name"), ...columns.map((name) => element("th", { scope: "col" }, name)));
+    const textsOf = (cell) => (cell.parts ? cell.parts.flatMap(textsOf) : [cell.text ?? ""]);
+    const width = (k) => Math.max(...rows.flatMap(({ cells }) => textsOf(cells[k]).map((text) => text.length)));
+    const sizes = columns.map((_, k) => Math.min(Math.max(width(k), LEAST), MOST));
+    const body = rows.map(({ name, cells }) => element("tr", {}, element("th", { scope: "row", title: name }, name),
+      ...cells.map((cell, k) => element("td", {}, ...this._cell(cell, `${heading}, ${name}, ${columns[k]}`, sizes[k])))));
+    const table = element("table", { class: "cells" }, element("thead", {}, head), element("tbody", {}, ...body));
+    return section(heading, element("div", { class: "sideways" }, table));
+  }
+
+  _cell(cell, name, size) {
+    if (cell.parts) return cell.parts.flatMap((part, k) => this._cell(part, `${name} ${k + 1}`, size));
+    if (!cell.path) return [];
+    const path = JSON.stringify(cell.path);
+    const input = element("input", {
+      type: "text", value: cell.text, "aria-label": name, autocomplete: "off", spellcheck: "false",
+      onblur: () => { if (input.value !== input.dataset.refused) this._send(input); },
+      onfocus: () => { if (input.value === input.dataset.text) input.dataset.seen = this.version; },
+      onkeydown: (event) => this._key(input, event),
+    });
+    input.style.width = `calc(${size}ch + .9rem)`;
+    Object.assign(input.dataset, { path, text: cell.text });
+    this.inputs.set(path, input);
+    return cell.unit ? [input, element("span", { class: "unit" }, cell.unit)] : [input];
+  }
+
+  _key(input, event) {
+    if (event.key === "Enter") this._send(input);
+    if (event.key !== "Escape") return;
+    input.value = input.dataset.text;
+    input.removeAttribute("aria-invalid");
+    this.refused.textContent = "";
+  }
+
+  async _send(input) {
+    const { path, seen, sent } = input.dataset, text = input.value;
+    if (text.trim() === input.dataset.text || sent === text) return;
+    input.dataset.sent = text;
+    const said = await this.post("cell", { version: seen || this.version, path: JSON.parse(path), text });
+    delete input.dataset.sent;
+    this.refused.textContent = said ?? "";
+    const now = this.inputs.get(path) ?? input;
+    now.dataset.seen = this.version;
+    if (!said) return now.removeAttribute("aria-invalid");
+    now.setAttribute("aria-invalid", "true");
+    now.dataset.refused = text;
+  }
+
+  async back() {
+    this.refused.textContent = (await this.post("undo", {})) ?? "";
+  }
+}
