@@ -73,7 +73,7 @@ def _as_read(literal: Any) -> Any:
 
 def _set(whole: Any, path: Path, value: Any) -> None:
     """Set a value in tables and lists; the last key may be new in its table, and nothing else is."""
-    if any(isinstance(key, int) and key < 0 for key in path):
+    if len(path) < 2 or any(isinstance(key, int) and key < 0 for key in path):
         raise LookupError(path)
     for key in path[:-1]:
         whole = whole[key]

@@ -1,0 +1,157 @@
+"""Cells of TOML files written one by one: nothing else changes, texts stay data, places of messages have lines."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from symoro_elastic.foundation.errors import InputError
+from tests.command_line import EXAMPLES
+
+pytest.importorskip("tomlkit")
+
+from symoro_elastic.formats.toml.editing import MOST_OF_A_CELL, Lines, tables_of, with_cell
+
+FILES = sorted(EXAMPLES.glob("*.toml"))
+ODD = """# odd
+springs.b.stiffness = 8   # dotted
+[springs.a]\r
+stiffness = "8 N/um" # crlf\r
+
+[[joints]] # one
+name = "a"
+d = { value = 350, unit = "mm" } # [x]
+
+  [[joints]]
+  'name' = "b"  # "quoted"
+  r = [ # not a cell
+    1, # first
+    2
+  ]
+
+[bodies."c # d"]
+mass = 1_000
+center_of_mass = [ 0,
+   1e-3, # second
+   'x' ]
+"""
+
+
+def leaves(x: Any) -> Iterator[tuple[list[Any], str]]:
+    """Paths and texts of the cells of tables."""
+    if "parts" in x:
+        for part in x["parts"]:
+            yield from leaves(part)
+    elif "path" in x:
+        yield x["path"], x["text"]
+
+
+def cells(text: str) -> list[tuple[list[Any], str]]:
+    rows = (cell for table in tables_of(text, "file") for row in table["rows"] for cell in row["cells"])
+    return [leaf for cell in rows for leaf in leaves(cell)]
+
+
+def at(entries: Any, path: list[Any], new: Any = None) -> Any:
+    """The value of a path in tables, replaced where a new one is given."""
+    *front, last = path
+    for key in front:
+        entries = entries[key]
+    if new is not None:
+        entries[last] = new
+    return entries[last] if isinstance(entries, list) or last in entries else None
+
+
+TEXTS = {**{path.stem: path.read_text(encoding="utf-8") for path in FILES}, "odd": ODD}
+
+
+@pytest.mark.sampled(4)
+@pytest.mark.parametrize("name", TEXTS)
+def test_every_cell_is_written_alone(name: str) -> None:
+    """Compared with what tomllib reads; in the text, one line at most changes, and no comment of it."""
+    text = TEXTS[name]
+    found = cells(text)
+    assert len(found) > 4
+    for path, shown in found:
+        written = with_cell(text, path, "4.50e-3", "file")
+        wanted = tomllib.loads(text)
+        old = at(wanted, path)
+        at(wanted, path, 4.5e-3)
+        assert str(tomllib.loads(written)) == str(wanted), path
+        assert shown == ("" if old is None else shown) and (shown in ("", str(old)) or float(shown) == float(old))
+        before, after = text.splitlines(), written.splitlines()
+        assert len(after) - len(before) <= (old is None)
+        changed = [k for k, line in enumerate(after) if line not in before]
+        assert len(changed) == 1 and "4.50e-3" in after[changed[0]], path
+        comment = re.search(r"#[^\"']*$", after[changed[0]])
+        assert comment is None or comment[0].strip() in text
+
+
+@given(st.text(max_size=40) | st.floats(allow_nan=False, allow_infinity=False).map(repr) | st.integers().map(str))
+@settings(max_examples=60, deadline=None)
+def test_what_is_typed_becomes_a_number_or_a_text_and_nothing_else(typed: str) -> None:
+    try:
+        written = with_cell(ODD, ["joints", 0, "d", "value"], typed, "file")
+    except InputError:
+        assert not typed.strip() or not typed.strip().isprintable() or len(typed) > MOST_OF_A_CELL
+        return
+    wanted = tomllib.loads(ODD)
+    value = at(tomllib.loads(written), ["joints", 0, "d", "value"])
+    at(wanted, ["joints", 0, "d", "value"], value)
+    assert tomllib.loads(written) == wanted
+    assert value == typed.strip() if isinstance(value, str) else value == float(typed)
+
+
+NO_CELLS: list[list[Any]] = [
+    *(["odd"], ["springs"], ["springs", "a"], ["springs", "new", "x"], ["joints", 2, "d"], ["joints", -1, "d"]),
+    *(["joints", 0, "d"], ["joints", 1, "r"], ["joints", 1, "r", 2], ["joints", "name"], ["joints", 0, "name", "x"]),
+]
+
+
+@pytest.mark.parametrize("path", NO_CELLS, ids=str)
+def test_tables_and_lists_are_not_replaced(path: list[Any]) -> None:
+    with pytest.raises(InputError, match="change it in an editor"):
+        with_cell(ODD, path, "1", "file")
+
+
+def test_places_of_messages_have_lines() -> None:
+    text = TEXTS["two_axis"]
+    lines, rows = Lines(text, "file"), text.splitlines()
+
+    def line(begin: str) -> int:
+        return next(k for k, row in enumerate(rows, start=1) if row.lstrip().startswith(begin))
+
+    springs = rows.index(next(row for row in rows if row.startswith("[springs]")))
+    for place, wanted in {
+        "joint 3 (bed_x), alpha": line('{ name = "bed_x"'),
+        "joint 13 (sensor_head)": line('{ name = "sensor_head"'),
+        "joint 3 (bed_x), mass": line("bed_x "),
+        "joint 3 (bed_x), stiffness": springs + 1 + [row.split(" ")[0] for row in rows[springs:]].index("bed_x"),
+        "parameters, D12": line("D12"),
+        "gravity": line("gravity"),
+        "limits, motor_x": line("motor_x         = { position"),
+        "drives, motor_y, Kv": line("motor_y = { Kv"),
+        "line 7, column 3": 7,
+    }.items():
+        assert lines.of(place) == wanted, place
+    for place in ("", "scene, models", "joint 99 (x), d", "computing"):
+        assert lines.of(place) is None
+    assert Lines("not toml [", "file").of("gravity") is None
+
+
+def test_every_cell_has_its_line() -> None:
+    """The line of a cell is the one that a change of the cell changes."""
+    lines, rows = Lines(TEXTS["two_axis"], "file"), TEXTS["two_axis"].splitlines()
+    joints = tomllib.loads(TEXTS["two_axis"])["joints"]
+    for path, _ in cells(TEXTS["two_axis"]):
+        if path[0] in ("springs", "bodies") or path[:2] in (["joints", 0], ["joints", 12]):
+            name = joints[path[1]]["name"] if path[0] == "joints" else path[1]
+            number = next(k for k, joint in enumerate(joints, start=1) if joint["name"] == name)
+            after = with_cell(TEXTS["two_axis"], path, "4.50e-3", "file").splitlines()
+            (changed,) = (k for k, row in enumerate(after, start=1) if row != rows[k - 1])
+            assert lines.of(f"joint {number} ({name}), {path[2]}") == changed

@@ -1,0 +1,288 @@
+"""The server of the live page: who is let in, what it writes, and what stays when something is wrong."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from symoro_elastic.foundation import packages
+from tests.command_line import EXAMPLES, refused
+from tests.pages.live.served import Served, serving
+
+for package in ("tornado", "watchfiles", "tomlkit"):
+    pytest.importorskip(package)
+
+HEADERS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Served, Path]]:
+    """A server of a machine that no test changes."""
+    path = tmp_path_factory.mktemp("live") / "planar_2r.toml"
+    shutil.copy(EXAMPLES / "planar_2r.toml", path)
+    with serving(path) as served:
+        yield served, path
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Iterator[tuple[Served, Path]]:
+    """A server of a machine of the test's own."""
+    path = tmp_path / "two_axis.toml"
+    shutil.copy(EXAMPLES / "two_axis.toml", path)
+    with serving(path) as served:
+        yield served, path
+
+
+def version(served: Served) -> str:
+    with served.watching() as news:
+        return str(news.until(lambda parts: "cost" in parts)["file"]["version"])
+
+
+def edit(served: Served, seen: str, text: str, path: Any = ("bodies", "ram", "mass")) -> Any:
+    return served.ask("cell", {"version": seen, "path": path, "text": text})
+
+
+# Who is let in
+
+
+@pytest.mark.parametrize("where", ["", "picture", "events"])
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({"Host": "evil.example"}, 403),  # a name that was bound again to this computer
+        ({"Host": ""}, 403),
+        ({"Host": "127.0.0.1:1"}, 403),
+        ({"Origin": "http://evil.example"}, 403),
+        ({"Origin": "null"}, 403),
+        ({"Sec_Fetch_Site": "cross-site"}, 403),
+        ({"Sec_Fetch_Site": "same-site"}, 403),
+    ],
+    ids=str,
+)
+def test_who_comes_from_elsewhere_is_refused(
+    shared: tuple[Served, Path], where: str, headers: dict[str, str], status: int
+) -> None:
+    assert shared[0].ask(where, **headers).status == (400 if headers == {"Host": ""} else status)
+
+
+@pytest.mark.parametrize("path", ["/", "//", "/wrong/", "/wrong/events", "/%00/", "/../", "/wrong/../../etc/passwd"])
+def test_without_the_token_there_is_nothing(shared: tuple[Served, Path], path: str) -> None:
+    answer = shared[0].ask(whole=path)
+    assert (answer.status, answer.text) == (404, "there is no such page")
+
+
+@pytest.mark.parametrize(
+    "path", ["planar_2r.toml", "../planar_2r.toml", "%2e%2e/planar_2r.toml", "picture/../../x", "..%2f..%2fetc/passwd"]
+)
+def test_no_path_of_a_file_is_an_address(shared: tuple[Served, Path], path: str) -> None:
+    assert shared[0].ask(path).status == 404
+    assert shared[0].ask(f"equations?model={path}").status == 404
+
+
+def test_every_answer_has_the_headers_that_keep_others_out(shared: tuple[Served, Path]) -> None:
+    served, _ = shared
+    version(served)
+    for path in ("", "picture", "equations?model=inertia_matrix", "nothing", "cell"):
+        answer = served.ask(path)
+        assert HEADERS.items() <= answer.headers.items(), path
+        assert "frame-ancestors" in answer.headers["Content-Security-Policy"] and "Server" not in answer.headers
+    policy = served.ask("").headers["Content-Security-Policy"]
+    assert policy.startswith("default-src 'none'; script-src 'sha256-") and "unsafe" not in policy
+    assert "http" not in policy and "frame-ancestors 'none'" in policy
+
+
+def test_it_listens_on_this_computer_only(shared: tuple[Served, Path]) -> None:
+    assert shared[0].address.startswith("http://127.0.0.1:") and len(shared[0].address.split("/")[3]) >= 32
+
+
+@pytest.mark.parametrize(
+    ("headers", "body", "status"),
+    [
+        ({"Origin": ""}, {}, 403),
+        ({"Origin": "http://evil.example"}, {}, 403),
+        ({"Content_Type": "text/plain"}, {}, 403),  # what a form of another page may send
+        ({"Content_Type": "application/x-www-form-urlencoded"}, {}, 403),
+        ({}, b"{", 400),
+        ({}, b"[" * 10_000, 400),
+        ({}, [], 400),
+        ({}, {"version": 1}, 400),
+        ({}, {"version": "x", "path": ["bodies"], "text": "1"}, 400),
+        ({}, {"version": "x", "path": ["bodies", 1.5], "text": "1"}, 400),
+        ({}, {"version": "x", "path": ["bodies", "arm", "mass"], "text": 1}, 400),
+        ({}, {"version": "x", "path": ["bodies", "arm", "mass"], "text": "1", "file": "/etc/passwd"}, 400),
+        ({}, {"version": "x", "path": ["bodies", "arm", "mass"], "text": "1"}, 409),
+    ],
+    ids=str,
+)
+def test_posts_that_are_none_of_the_page_write_nothing(
+    shared: tuple[Served, Path], headers: dict[str, str], body: Any, status: int
+) -> None:
+    served, path = shared
+    before = path.read_bytes()
+    assert served.ask("cell", body, **headers).status == status
+    assert path.read_bytes() == before and [*path.parent.iterdir()] == [path]
+
+
+def test_a_long_post_is_refused(shared: tuple[Served, Path]) -> None:
+    with suppress(ConnectionError):  # it is read no further
+        assert shared[0].ask("cell", {"text": "1" * 20_000}).status in (400, 413)
+
+
+# What is shown
+
+
+def test_a_client_is_told_all_parts(shared: tuple[Served, Path]) -> None:
+    served, _ = shared
+    with served.watching() as news:
+        parts = news.until(lambda parts: "cost" in parts)
+    assert parts["file"]["name"] == "planar_2r.toml" and parts["checked"]["error"] is None
+    assert [table["heading"] for table in parts["cells"]["tables"]] == ["joints", "parameters", "bodies"]
+    assert [row[0] for row in parts["cost"]["rows"]][:2] == ["inverse_dynamics", "direct_dynamics"]
+    assert parts["base"]["rows"] and "inertia_matrix" in parts["models"]["titles"]
+    assert "<canvas" in served.ask("picture").text
+    assert "<math" in served.ask("equations?model=inertia_matrix").text
+    assert served.ask("equations?model=nonsense").status == 404
+
+
+def test_what_an_editor_saves_is_shown_and_a_broken_file_keeps_the_last_good_machine(own: tuple[Served, Path]) -> None:
+    served, path = own
+    good = path.read_text()
+    with served.watching() as one, served.watching() as other:
+        first = one.until(lambda parts: "cost" in parts)["file"]["version"]
+        picture = served.ask("picture").text
+        path.write_text(good.replace('antecedent = "bed_y"', 'antecedent = "bedy"'))
+        for client in (one, other):
+            said = client.until(lambda parts: parts.get("checked", {}).get("error"))["checked"]["error"]
+            assert (said["place"], said["line"]) == ("joint 3 (bed_x), antecedent", 20)
+            assert said["what"] == "no joint 'bedy'; did you mean 'bed_y'?" and 'name = "bed_x"' in said["text"]
+            assert client.parts["picture"]["version"] == first
+        assert served.ask("picture").text == picture
+        path.write_text(good.replace("gravity = [", "gravity = ["[:-1]))
+        said = one.until(lambda parts: "TOML" in str(parts["checked"]["error"]))["checked"]["error"]
+        assert said["line"] == good[: good.index("gravity =")].count("\n") + 1
+        path.unlink()
+        one.until(lambda parts: "there is no such file" in str(parts["checked"]["error"]))
+        heavier = path.with_name("saved")
+        heavier.write_text(good.replace("mass = 95", "mass = 96"))
+        heavier.replace(path)  # as editors save
+        one.until(lambda parts: not parts["checked"]["error"] and parts["picture"]["version"] != first)
+    assert served.ask("picture").text != picture
+
+
+@pytest.mark.parametrize("name", ["rx90.par", "pendant_arm.urdf"])
+def test_files_of_other_formats_are_shown_and_not_edited(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    shutil.copy(EXAMPLES / name, path)
+    before = path.read_bytes()
+    with serving(path) as served, served.watching() as news:
+        parts = news.until(lambda parts: "cost" in parts)
+        assert parts["cells"]["tables"] == [] and "shown as it is saved" in parts["cells"]["refused"]
+        answer = edit(served, parts["file"]["version"], "1", ["joints", 0, "d"])
+    assert answer.status == 422 and "change it in an editor" in answer.text and path.read_bytes() == before
+
+
+# What is written
+
+
+def test_a_cell_is_written_with_all_else_as_it_was_and_undone(own: tuple[Served, Path]) -> None:
+    served, path = own
+    before = path.read_bytes()
+    with served.watching() as other:
+        seen = other.until(lambda parts: "cost" in parts)["file"]["version"]
+        answer = edit(served, seen, "97.5")
+        assert answer.status == 200
+        lines = [(a, b) for a, b in zip(before.splitlines(), path.read_bytes().splitlines(), strict=True) if a != b]
+        assert lines == [(lines[0][0], lines[0][0].replace(b"mass = 95,", b"mass = 97.5,"))]
+        told = other.until(lambda parts: parts["file"]["undo"] == 1 and parts["checked"]["version"] != seen)
+        assert told["file"]["version"] == json.loads(answer.text)["version"]
+        stale = edit(served, seen, "98")
+        assert stale.status == 409 and "saved elsewhere since" in stale.text
+        assert served.ask("undo", {}).status == 200 and path.read_bytes() == before
+        assert served.ask("undo", {}).status == 422
+
+
+def test_what_was_saved_elsewhere_is_neither_overwritten_nor_undone(own: tuple[Served, Path]) -> None:
+    served, path = own
+    seen = version(served)
+    assert edit(served, seen, "97.5").status == 200
+    theirs = path.read_bytes() + b"# mine\n"
+    path.write_bytes(theirs)
+    assert edit(served, seen, "98").status == 409 and served.ask("undo", {}).status == 409
+    assert path.read_bytes() == theirs
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty"),
+        ("1\n[springs]", "not one line"),
+        ("x" * 1001, "not one line"),
+        ("__import__('os').system('touch harm')", "joint|body|is not|bodies|mass"),
+        ("</script><script>alert(1)</script>", ""),
+        ("-5", "negative"),
+        ("no_such_parameter", "no_such_parameter"),
+        ('1, inertia = "9"', ""),
+    ],
+    ids=lambda x: x[:20],
+)
+def test_what_is_no_machine_is_not_written(shared: tuple[Served, Path], text: str, said: str) -> None:
+    served, path = shared
+    before = path.read_bytes()
+    answer = edit(served, version(served), text, ["bodies", "elbow", "mass"])
+    assert answer.status == 422 and any(word in answer.text for word in said.split("|")), answer
+    assert path.read_bytes() == before and [*path.parent.iterdir()] == [path] and not Path("harm").exists()
+
+
+@pytest.mark.parametrize(
+    "path",
+    [["name", "x"], ["bodies", "elbow"], ["bodies", "elbow", "inertia"], ["joints", -1, "d"], ["joints", 99, "d"],
+     ["bodies", "elbow", "inertia", 9], ["bodies", "elbow", "inertia", -1], ["bodies", "none", "mass"]],
+    ids=str,
+)  # fmt: skip
+def test_only_cells_are_written(shared: tuple[Served, Path], path: list[Any]) -> None:
+    served, file = shared
+    before = file.read_bytes()
+    assert edit(served, version(served), "1", path).status == 422 and file.read_bytes() == before
+
+
+def test_where_the_file_cannot_be_replaced_it_stays(own: tuple[Served, Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    served, path = own
+    before = path.read_bytes()
+    seen = version(served)
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    answer = edit(served, seen, "97.5")
+    assert answer.status == 422 and "No space left" in answer.text
+    assert path.read_bytes() == before and [*path.parent.iterdir()] == [path]
+
+
+# The command
+
+
+def test_what_cannot_be_served_is_said_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "none.toml: file: there is no such file" in refused("live", tmp_path / "none.toml")
+    assert "there is no format '.docx'" in refused("live", "machine.docx")
+    with serving(EXAMPLES / "planar_2r.toml") as served:
+        taken = served.host.partition(":")[2]
+        assert f"--port: {taken} cannot be had" in refused("live", EXAMPLES / "planar_2r.toml", "--port", taken)
+
+    def missing(name: str) -> None:
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name.partition(".")[0])
+
+    monkeypatch.setattr(packages, "import_module", missing)
+    assert "serving a page needs tornado: pip install 'symoro-elastic[live]'" in refused("live", EXAMPLES / "rx90.par")
