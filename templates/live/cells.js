@@ -19,13 +19,15 @@ class Cells {
     this.version = version;
     if (tables === null) return;
     const typing = this.inputs.get(document.activeElement?.dataset?.path);
-    const draft = typing && { path: typing.dataset.path, text: typing.value, changed: typing.value !== typing.dataset.text, seen: typing.dataset.seen };
-    this.inputs.clear();
+    const draft = typing && { value: typing.value, changed: typing.value !== typing.dataset.text, ...typing.dataset };
+    this.inputs.clear();  // so that what is removed is not sent as what is left
     this.place.replaceChildren(...(refused ? [element("p", { class: "remark" }, refused)] : []), ...tables.map((one) => this._table(one)));
     const again = draft && this.inputs.get(draft.path);
     if (!again) return;
     again.focus();
-    if (draft.changed && again.dataset.text !== draft.text) Object.assign(again, { value: draft.text }).dataset.seen = draft.seen;
+    if (!draft.changed || again.dataset.text === draft.value) return;
+    again.value = draft.value;
+    for (const key of ["seen", "refused", "sent"]) if (draft[key]) again.dataset[key] = draft[key];
   }
 
   undoable(count) {
@@ -50,7 +52,7 @@ class Cells {
     const path = JSON.stringify(cell.path);
     const input = element("input", {
       type: "text", value: cell.text, "aria-label": name, autocomplete: "off", spellcheck: "false",
-      onblur: () => { if (input.value !== input.dataset.refused) this._send(input); },
+      onblur: () => { if (this.inputs.get(path) === input && input.value !== input.dataset.refused) this._send(input); },
       onfocus: () => { if (input.value === input.dataset.text) input.dataset.seen = this.version; },
       onkeydown: (event) => this._key(input, event),
     });
@@ -73,9 +75,9 @@ class Cells {
     if (text.trim() === input.dataset.text || sent === text) return;
     input.dataset.sent = text;
     const said = await this.post("cell", { version: seen || this.version, path: JSON.parse(path), text });
-    delete input.dataset.sent;
     this.refused.textContent = said ?? "";
     const now = this.inputs.get(path) ?? input;
+    delete now.dataset.sent;
     now.dataset.seen = this.version;
     if (!said) return now.removeAttribute("aria-invalid");
     now.setAttribute("aria-invalid", "true");

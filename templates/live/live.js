@@ -33,7 +33,7 @@ function seen(window) {
   if (!eye) return null;
   const buttons = [...window.document.querySelectorAll(".modes button")];
   return {
-    camera: JSON.stringify([eye.camera.position, eye.camera.zoom, eye.controls.target]),
+    camera: JSON.stringify([eye.camera.position, eye.camera.zoom, eye.controls.target, eye.across, eye.upward, eye.radius]),
     q: Object.fromEntries(player.data.joints.map((joint, k) => [joint.name, player.q[k]])),
     start: Object.fromEntries(player.data.joints.map((joint, k) => [joint.name, player.data.q[k]])),
     tab: [...window.document.querySelectorAll(".tabs button")].findIndex((one) => one.getAttribute("aria-pressed") === "true"),
@@ -46,11 +46,12 @@ function resume(made, old) {
   const window = made.contentWindow, { player } = window, was = old.contentWindow && seen(old.contentWindow);
   if (!was || !player?.stage) return;
   if (old.turned || (old.begin && was.camera !== old.begin.camera)) {
-    const { eye } = player.stage, [position, zoom, target] = JSON.parse(was.camera);
+    const { eye } = player.stage, [position, zoom, target, across, upward, radius] = JSON.parse(was.camera);
     eye.camera.position.copy(position);
     eye.controls.target.copy(target);
     eye.camera.zoom = zoom;
-    eye.camera.updateProjectionMatrix();
+    Object.assign(eye, { across, upward, radius });
+    eye.shape(eye.width, eye.height);
     eye.controls.update();
     made.turned = true;
   }

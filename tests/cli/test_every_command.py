@@ -62,6 +62,7 @@ LIMITS = ("--position", "1", "--velocity", "1", "--acceleration", "5", "--evalua
 CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "show": ((),),
     "view": (("--out", "page.html"),),
+    "live": (),
     "convert": (("other.par",), ("other.toml", "--base", "--force")),
     **{"models": (), "new": (), "formats": (), "schema": ()},
     "equations": (("--model", "inertia_matrix"), ("--model", "inverse_dynamics", "--format", "html")),
@@ -95,7 +96,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     ),
 }
 """Options with which every command is called on every odd machine; several times where they change the way, and not
-where it takes no machine."""
+where it takes no machine, or goes on until it is ended."""
 MOTION = """
 [motion]
 duration = 0.1

@@ -90,7 +90,9 @@ class Watching:
 
     def until(self, holds: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
         """Read news until something holds of the parts, and return these."""
+        end = time.monotonic() + LONGEST
         while not holds(self.parts):
+            assert time.monotonic() < end, self.parts.keys()
             line = self.stream.readline()
             assert line, "the stream ended"
             if line.startswith(b"data: "):

