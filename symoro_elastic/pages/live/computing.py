@@ -7,8 +7,8 @@ happens to one, the page is still served.
 from __future__ import annotations
 
 import asyncio
+import json
 import multiprocessing
-import pickle
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
@@ -50,9 +50,11 @@ class Work:
 
     def _receive(self) -> None:
         try:
-            self._told(*self._ours.recv())
-        except (EOFError, OSError, pickle.UnpicklingError):
+            told = json.loads(self._ours.recv_bytes())
+        except (EOFError, OSError):
             self.drop()
+        else:
+            self._told(*told)
 
     def drop(self) -> None:
         """End the process, whatever it computes; nothing more is told."""
@@ -77,8 +79,8 @@ def _run(ours: Connection, name: str, arguments: tuple[str, ...]) -> None:
         try:
             made: Iterator[Any] = getattr(import_module(PARTS), name)(*arguments)
             for part in made:
-                ours.send((part.name, part.data, part.page))
+                ours.send_bytes(json.dumps((part.name, part.data, part.page)).encode())
         except BrokenPipeError:
             raise
         except Exception as error:
-            ours.send((FAILED, f"{type(error).__name__}: {error}", ""))
+            ours.send_bytes(json.dumps((FAILED, f"{type(error).__name__}: {error}", "")).encode())
