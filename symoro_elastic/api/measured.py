@@ -47,7 +47,7 @@ def excite(machine: MachineLike, options: Exciting) -> ExcitingTrajectory:
     best = optimized(
         driven, limits, options.fundamental, options.harmonics, options.values, tuple(options.known),
         evaluations=options.evaluations, seed=options.seed,
-        progress=lambda done, total, _: options.progress(done, total),
+        progress=lambda done, total, _: options.progress(done, total), box=options.workspace,
     )  # fmt: skip
     sampled = trajectory.trajectory(best.motion, limits, options.periods, rate)
     return trajectory.ExcitingTrajectory(driven, best, sampled, limits)

@@ -547,6 +547,10 @@ class Exciting(Options, kw_only=False):
     velocity: Values | Ranges | float = _limits("[NAME=]MAX", "Largest velocity")
     acceleration: Values | Ranges | float = _limits("[NAME=]MAX", "Largest acceleration")
     _: KW_ONLY
+    workspace: Ranges = option(
+        {}, "SIGNAL=LOW:HIGH", "Range of a position of a frame or point, such as tool.x, m, that the motion keeps.",
+        kinds.RANGES,
+    )  # fmt: skip
     fundamental: float = option(
         0.1, "HZ", "Fundamental frequency of the motion, Hz.", kinds.NUMBER, above=0,
         formerly=("--frequency", "frequency"),

@@ -17,6 +17,7 @@ import numpy as np
 
 from symoro_elastic.analysis.identification.identify import structural_grouping
 from symoro_elastic.analysis.identification.regression import Regressor, refuse_unknown_labels, regressor
+from symoro_elastic.analysis.identification.workspace import Box
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_identification
@@ -143,8 +144,8 @@ class Response:
     before, which holds below the first natural frequency; passive joints stay at zero, or where loops start.
     """
 
-    def __init__(self, machine: Machine, Y: Regressor) -> None:
-        self.machine, self.Y = machine, Y
+    def __init__(self, machine: Machine, Y: Regressor, box: Box | None = None) -> None:
+        self.machine, self.Y, self.box = machine, Y, box
         self._motors = list(machine.motor_entries)
         self._springs = self._stiffness()
         self._values = np.array([column.value for column in Y.columns])
@@ -194,15 +195,20 @@ class Response:
 
 
 def within_torques(motion: FourierMotion, torque: Sequence[Range | None], response: Response) -> FourierMotion:
-    """Return the motion made smaller about its centre until its torques are in these ranges; at rest where none are."""
-    limited = [(k, one) for k, one in enumerate(torque) if one is not None]
-    if not limited:
+    """Return the motion made smaller about its centre until its torques are in these ranges, and frames in their box.
+
+    At rest where none are.
+    """
+    limited, box = [(k, one) for k, one in enumerate(torque) if one is not None], response.box
+    if not limited and box is None:
         return motion
 
     def excess(share: float) -> float:
         """Return by how much a range is left at most, as a share of its half width."""
-        tau = response.torques(motion.scaled(share))
-        return max(_excess(tau[:, k], one) for k, one in limited)
+        smaller = motion.scaled(share)
+        tau = response.torques(smaller) if limited else np.zeros((0, 0))
+        of_torques = [_excess(tau[:, k], one) for k, one in limited]
+        return max([*of_torques, *([box.excess(response.states(smaller, FINER)[0])] if box else [])])
 
     if not excess(1.0) > 0:
         return motion
@@ -278,14 +284,15 @@ def excite(
     evaluations: int = 1500,
     seed: int = 0,
     progress: Callable[[int, int, float], None] = lambda done, total, condition: None,
+    box: Mapping[str, tuple[float, float]] | None = None,
 ) -> Excitation:
     """An exciting trajectory: the best of random motions, then L-BFGS-B of scipy.optimize on its coefficients,
     started again beside the best until the evaluations are used up.
 
     Any coefficients are scaled into the limits, so the search is free of constraints and every motion it visits
-    keeps them. `progress` is called with evaluations done, their number, and the best condition number. `known`
-    are labels of parameters that are not sought. Motors are independent joints (`with_independent_motors`).
-    Deterministic by `seed`. Raises `InputError`.
+    keeps them. `box` are ranges of positions of frames by signal (`tool.x`, m). `progress` is called with evaluations
+    done, their number, and the best condition number. `known` are labels of parameters that are not sought. Motors
+    are independent joints (`with_independent_motors`). Deterministic by `seed`. Raises `InputError`.
     """
     optimize = for_identification("scipy.optimize")
     _refuse_following(machine)
@@ -293,9 +300,9 @@ def excite(
     if motors != len(limits.low):
         what = f"{len(limits.low)} given, the machine has {motors} motors"
         raise machine.error("limits", what)
-    response = Response(machine, regressor(machine, values))
-    if response.unknown:
-        limits = replace(limits, torque=())
+    Y = regressor(machine, values)
+    response = Response(machine, Y, Box(Y.machine, box) if box else None)
+    limits = replace(limits, torque=()) if response.unknown else limits
     tried = _drawn(response, limits, frequency, harmonics, range(seed, seed + max(1, min(starts, evaluations))))
     condition = Condition(response, tried[0], known)
     search = _Search(condition, limits, tried[0], evaluations, progress)
@@ -321,6 +328,9 @@ def _drawn(
     tried.sort(key=lambda motion: not motion.a.any())
     if not tried[0].a.any():
         what = "gravity alone takes more than the torques in [limits] at the positions that were tried: give others"
+        if response.box:
+            what = "at rest, a frame is outside its box, or torques outside [limits], at the positions that were tried"
+            what += ": give positions in the box (--position), or a larger box (--workspace)"
         raise response.machine.error("limits", what)
     return tried
 

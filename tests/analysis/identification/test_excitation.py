@@ -263,3 +263,32 @@ def test_torques_of_parameters_without_value_are_not_promised(tmp_path: Path) ->
     found = se.excite(file, **FEW)
     assert "limits of torques are not kept, for parameters have no value: " in said(found)
     assert all(motor.torque is None for motor in found.motors)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_frames_stay_in_their_box_at_times_that_the_search_did_not_see(seed: int) -> None:
+    """The tip by hand, l1 and l2 along the arms, at 20 samples for each that the search has; payload doubled."""
+    machine, _ = read_machine(TWO_R)
+    box = {"tip.x": (0.1, 0.6), "tip.y": (-0.2, 0.5)}
+    bounds = {"position": (-1.5, 2.5), "velocity": 3.0, "acceleration": 20.0, "fundamental": 0.5, "harmonics": 3}
+    found = se.excite(
+        machine, **bounds, workspace=box, evaluations=40, seed=seed, sample_rate=1000.0, values={"m2": 4.0}
+    )
+    q = np.array(found.sampled.q)
+    value = {p.name: p.value.value() for p in machine.parameters if p.value}
+    x = value["l1"] * np.cos(q[:, 0]) + value["l2"] * np.cos(q.sum(axis=1))
+    y = value["l1"] * np.sin(q[:, 0]) + value["l2"] * np.sin(q.sum(axis=1))
+    for tip, (low, high) in zip((x, y), box.values(), strict=True):
+        assert low <= tip.min() and tip.max() <= high
+    free = se.excite(machine, **bounds, evaluations=40, seed=seed, sample_rate=1000.0)
+    assert found.best.condition > free.best.condition
+
+
+def test_boxes_that_cannot_be_kept_are_refused(tmp_path: Path) -> None:
+    for box, said in (
+        ("tip.x=5:6", "at rest, a frame is outside its box"),
+        ("tip.vx=0:1", "--workspace: tip.vx is no position of a frame"),
+        ("tip.x=1:0", "no room between 1 and 0"),
+        ("tool.x=0:1", "--workspace: 'tool.x': no frame 'tool'"),
+    ):
+        assert said in refused(*QUICK, "--out", tmp_path / "a.csv", "--workspace", box, "--evaluations", 5)
