@@ -30,6 +30,7 @@ from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel
+from symoro_elastic.models.control import FAMILY as CONTROLLERS
 from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.models.model import CheckedBy
 from symoro_elastic.models.traced import Traced, trace_models
@@ -341,8 +342,9 @@ def refuse_unverifiable(machine: Machine, scene: Scene) -> None:
     """Raise `InputError` for a model whose arguments are not a state: it has no reference."""
     for name in scene.models:
         if not depends_on_state(MODELS[name].arguments):
-            models = "geometric_model, jacobian or inverse_dynamics"
-            what = f"there is no reference for it: put its solutions back into {models}"
+            put_back = "put its solutions back into geometric_model, jacobian or inverse_dynamics"
+            of_drives = MODELS[name].family == CONTROLLERS
+            what = f"there is no reference for it: {'simulate with drives = true' if of_drives else put_back}"
             raise machine.error(f"check, {name}", what)
 
 

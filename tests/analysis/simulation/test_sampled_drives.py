@@ -105,12 +105,12 @@ class From(SampledMotion):
         return found
 
 
-def states(system: From, loop: SampledLoop, z: Array, periods: int) -> tuple[Array, Array]:
+def states(system: From, loop: SampledLoop, z: Array, periods: int, precision: float = 1e-13) -> tuple[Array, Array]:
     """The states of a map at samples: by simulation, and by the map."""
     n = len(system.sizes)
     system.first = z[:n], z[n : n + 1], z[n + 1 :]
     system.reference.prescribed.__dict__["duration"] = periods * loop.period
-    found = integrate(system, "RK45", 1e-13)
+    found = integrate(system, "RK45", precision)
     assert isinstance(found.system, SampledMotion)
     samples = found.system.held.samples
     before = [z[n : n + 1], *(one.u for one in samples)]
@@ -168,7 +168,7 @@ def test_intervals_of_stable_gains_are_met_by_the_simulated_machine(period: floa
         system = From(reference(file, STILL), tmp_path / f"{gain:.6f}")
         system.damper = np.linalg.solve(plant.linear.M, plant.linear.D)
         z = 1e-3 * vectors[:, slowest].real
-        simulated, expected = states(system, loop, z / np.abs(z).max(), 12)
+        simulated, expected = states(system, loop, z / np.abs(z).max(), 8, 1e-10)
         size = np.abs(expected).max(axis=0)
         assert (np.abs(simulated - expected) <= 1e-6 * np.maximum(size, 1e-9 * size.max())).all()
         fit = np.linalg.lstsq(*_two_terms(simulated), rcond=None)[0]
@@ -258,6 +258,6 @@ def test_the_loop_of_the_example_ends_where_the_simulation_does(tmp_path: Path) 
     subprocess.run([compiler, *flags, source, tmp_path / "ball_screw.c", "-lm", "-o", program], check=True)
     printed = subprocess.run([program], check=True, capture_output=True, text=True).stdout.splitlines()[-1]
     move = {"duration": 0.1, "moves": [{"motor": "motor", "by": 2, "in": 0.06}], "drives": True}
-    system, found = run(machine, move, tmp_path / "plant")
+    system, found = run(machine, move, tmp_path / "plant", 1e-5)
     torque = max(abs(float(one.u[0])) for one in system.held.samples)
     assert printed == f"motor {found.dense(0.1)[0]:.6f} rad, set point of the torque up to {torque:.2f} N m"
