@@ -204,6 +204,13 @@ def test_gains_may_be_parameters() -> None:
     assert by_name.module.control([0.0], [-50.0], [0.0], [0.0], [0.0], [0.0], by_name.start(), p=wide)[0][0] == 2.0
 
 
+def test_it_takes_the_operations_that_the_page_says() -> None:
+    """With a notch, a low-pass filter, a filter of order 2 for the set point, and a limit."""
+    one = drive(filters=drive().filters[:2], velocity_forward=f(1), acceleration_forward=f(0), windup=None)
+    (traced, _) = trace_models(controlled(motor=one), Scene(models=("control",))).models
+    assert (traced.program.count.mul, traced.program.count.add, traced.program.count.div) == (24, 26, 0)
+
+
 def test_each_motor_has_states_of_its_own() -> None:
     one, other = drive(3e4, lag=f(0)), replace(PLAIN, Kp=f(5e4))
     module = numpy_model(controlled("two_axis", motor_x=one, motor_y=other), MODELS)
