@@ -86,7 +86,7 @@ def main(folder: Path) -> None:
     for name, (q0, std) in found.neutral.items():
         print(f"neutral position of {name}: {q0:.6f} rad, std {std:.1e}, true {NEUTRAL[name]}")
     accuracy(found)
-    for path in found.plot().save(folder):
+    for path in found.plots().save(folder):
         print(f"wrote {path}")
 
 

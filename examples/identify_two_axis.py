@@ -85,7 +85,7 @@ def main(folder: Path) -> None:
     found = identify(machine, measured, known=KNOWN)
     print(table(found, {e.unknown.label: e.unknown.nominal for e in found.estimates}))
     accuracy(found)
-    for path in found.plot().save(folder):
+    for path in found.plots().save(folder):
         print(f"wrote {path}")
 
 

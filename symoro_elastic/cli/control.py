@@ -38,7 +38,7 @@ def control(machine: str, options: Controlling, save: str | None, plots: Plots, 
     print_result(found, as_json, **({"written": save} if save else {}))
     if save and not as_json:
         click.echo(f"wrote {save}")
-    plots.write(found.plot)
+    plots.write(found.plots)
 
 
 @command("lobes")
@@ -60,4 +60,4 @@ def lobes(machine: str, options: Cutting, plots: Plots, as_json: bool) -> None:
     with progress_bar("lobes") as progress:
         found = call(operations.lobes, whole, options, progress=progress)
     print_result(found, as_json)
-    plots.write(found.plot)
+    plots.write(found.plots)

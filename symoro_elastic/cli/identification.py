@@ -48,7 +48,7 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
     print_result(excited, as_json, written=out)
     if not as_json:
         click.echo(f"wrote {out}")
-    plots.write(excited.plot)
+    plots.write(excited.plots)
 
 
 @command("identify")
@@ -77,4 +77,4 @@ def identify(machine: str, options: Identifying, save: str | None, plots: Plots,
     print_result(identified, as_json, **({"written": save} if save else {}))
     if save and not as_json:
         click.echo(f"wrote {save}")
-    plots.write(identified.plot)
+    plots.write(identified.plots)

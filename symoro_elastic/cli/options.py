@@ -286,7 +286,10 @@ class Plots(Options):
     def write(self, draw: Callable[[], Figures]) -> None:
         """Draw the figures, save them and print the names of the files, if plots are requested."""
         if self.plots:
-            print_written(self.plots, draw().save(self.plots, self.plot_format or "png"))
+            drawn = draw()
+            print_written(self.plots, drawn.save(self.plots, self.plot_format or "png"))
+            for name, reason in drawn.left_out.items():
+                click.echo(f"note: {name} is not drawn: {reason}", err=True)
 
 
 draws = takes(Plots, "plots")

@@ -69,11 +69,11 @@ def simulate(machine: str, options: Simulating, out: str | None, plots: Plots, a
 
 def _figures(found: Sequence[Simulation]) -> Figures:
     """Return the plots of all motions, numbered where there are several."""
-    from symoro_elastic.foundation.pictures import Figures
+    from symoro_elastic.foundation.pictures import numbered
 
     if len(found) == 1:
-        return found[0].plot()
-    return Figures({f"{name}_{k}": x for k, one in enumerate(found, 1) for name, x in one.plot().items()})
+        return found[0].plots()
+    return numbered([one.plots() for one in found])
 
 
 @contextmanager
@@ -174,7 +174,7 @@ def ladder(machine: str, options: Climbing, reduced: ReducedScene, plots: Plots,
         _print_ladder(climbed, str(options.scene or machine), wanted)
     if reduced.save:
         _write_reduced(climbed, whole, asked, wanted, reduced.save)
-    plots.write(climbed.plot)
+    plots.write(climbed.plots)
 
 
 def _print_ladder(climbed: Ladder, scene: str, wanted: Wanted | None) -> None:

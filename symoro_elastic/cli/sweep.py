@@ -59,7 +59,7 @@ def sweep(machine: str, file: str | None, options: Sweeping, out: str | None, pl
     print_result(swept, as_json, **({"written": out} if out else {}))
     if out and not as_json:
         click.echo(f"wrote {out}")
-    plots.write(swept.plot)
+    plots.write(swept.plots)
 
 
 def _before_file(options: Sweeping, file: str) -> Sweeping:

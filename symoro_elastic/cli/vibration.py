@@ -67,7 +67,7 @@ def modes(machine: str, path: Path, options: Oscillating, out: str | None, plots
         result: Any = tracked or call(vibrations.modes, whole, options)
     print_result(result, as_json)
     save_arrays(result, out, as_json)
-    plots.write(tracked.plot if tracked else result.plot)
+    plots.write(tracked.plots if tracked else result.plots)
 
 
 @command("response")
@@ -91,7 +91,7 @@ def response(machine: str, options: Responding, out: str | None, plots: Plots, a
     if out:
         export.save_response(result, out)
         click.echo(f"wrote {out}", err=as_json)
-    plots.write(result.plot)
+    plots.write(result.plots)
 
 
 @command("compare")
@@ -111,7 +111,7 @@ def compare(machine: str, options: Comparing, plots: Plots, as_json: bool) -> No
     with progress_bar("springs follow") as progress:
         result = call(vibrations.compare, whole, options, progress=progress)
     print_result(result, as_json)
-    plots.write(result.plot)
+    plots.write(result.plots)
 
 
 @command("feed-forward")
@@ -143,4 +143,4 @@ def feed_forward(machine: str, options: Following, out: str | None, plots: Plots
     if out:
         save_feed_forward(result, out)
         click.echo(f"wrote {out}", err=as_json)
-    plots.write(result.plot)
+    plots.write(result.plots)

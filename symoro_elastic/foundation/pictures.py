@@ -1,41 +1,112 @@
-"""Plots without a window, saved with the same bytes each time; matplotlib is imported when one is drawn."""
+"""Plots without a window: figures of matplotlib, drawn when they are asked for and saved with the same bytes each time.
+
+matplotlib is imported when a figure is drawn.
+"""
 
 from __future__ import annotations
 
 import io
+import re
+import warnings
 from base64 import b64encode
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_files import write_all
 from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.foundation.plot_style import CURVES, DARK, DRAWN_ON, LIGHT, Shades, lines_of, on_both_papers, style
 
 PICTURE_FORMATS = ("png", "svg", "pdf")
+GLYPHS = "Glyph .* missing from"
+"""Of the warning about letters that the font lacks, which are drawn as boxes."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """One way to draw a result: `draw` takes rows x columns axes, row by row, `size` is in inches.
+
+    The title says what is drawn, and of which machine.
+    """
+
+    title: str
+    draw: Callable[..., None]
+    rows: int = 1
+    columns: int = 1
+    size: tuple[float, float] = (8.0, 4.5)
+    ratios: tuple[float, ...] = ()
+    share_x: bool = True
+
+    def figure(self, *, dark: bool = False) -> Any:
+        """Return a new figure, on light or on dark paper. Raises `InputError` where matplotlib is missing."""
+        shades = DARK if dark else LIGHT
+        with _styled(style(shades), shades):
+            figure = _figure_class()(figsize=self.size, layout="constrained")
+            figure.shades = shades
+            shared: dict[str, Any] = {"sharex": self.share_x and self.columns == 1, "squeeze": False}
+            ratios = {"height_ratios": self.ratios} if self.ratios else {}
+            axes = figure.subplots(self.rows, self.columns, **shared, **ratios)
+            self.draw(*axes.flat)
+            figure.suptitle(lines_of(self.title, self.size[0]), x=0.01, ha="left")
+        return figure
+
+    def into(self, axes: Any) -> Any:
+        """Draw into axes of the user, one or as many as are needed, and return them; raises `InputError`."""
+        given = [*axes.flat] if hasattr(axes, "flat") else [*axes] if isinstance(axes, Iterable) else [axes]
+        if len(given) != (wanted := self.rows * self.columns):
+            what = f"this plot needs {wanted}, not {len(given)}: plt.subplots({self.rows}, {self.columns})[1] has them"
+            raise InputError("symoro-elastic", "axes", what)
+        with _styled(CURVES, LIGHT):
+            self.draw(*given)
+            width = given[0].get_window_extent().width / given[0].figure.dpi
+            given[0].set_title(lines_of(self.title, width))
+        for each in given:
+            for text in each.findobj(_matplotlib("matplotlib.text").Text):
+                text.set_parse_math(False)
+        return axes
 
 
 class Figures(Mapping[str, Any]):
-    """Figures of matplotlib by name: a notebook shows them, `save` writes them."""
+    """Figures of matplotlib by name, drawn one by one: a notebook shows them, `save` writes them.
 
-    def __init__(self, figures: Mapping[str, Any]) -> None:
-        self._figures = dict(figures)
+    `left_out` has the reasons why some are not drawn, by name.
+    """
+
+    def __init__(self, plots: Mapping[str, Plot | str]) -> None:
+        self.all = dict(plots)
+        self._plots = {name: one for name, one in plots.items() if isinstance(one, Plot)}
+        self.left_out = {name: one for name, one in plots.items() if isinstance(one, str)}
 
     def __getitem__(self, name: str) -> Any:
-        """Return a figure."""
-        return self._figures[name]
+        """Return a new figure."""
+        return self._plots[name].figure()
 
     def __iter__(self) -> Iterator[str]:
         """Yield the names."""
-        return iter(self._figures)
+        return iter(self._plots)
 
     def __len__(self) -> int:
         """Return how many there are."""
-        return len(self._figures)
+        return len(self._plots)
 
     def __repr__(self) -> str:
         """Return one line with the names."""
-        return f"<Figures: {', '.join(self._figures)}>"
+        return f"<Figures: {', '.join(self)}>"
+
+    def plot(self, name: str) -> Plot:
+        """Return how one is drawn, by default the first; raises `InputError` for unknown names."""
+        if not name and self._plots:
+            return next(iter(self._plots.values()))
+        if name in self._plots:
+            return self._plots[name]
+        name = name or next(iter(self.left_out))
+        what = f"there is no {name!r}: choose from {', '.join(self)}"
+        what = f"{name} is not drawn: {self.left_out[name]}" if name in self.left_out else what
+        raise InputError("symoro-elastic", "plot", what)
 
     def save(self, folder: str | Path, form: str = "png") -> list[Path]:
         """Write each figure to folder/<name>.<form>; returns their paths.
@@ -43,7 +114,7 @@ class Figures(Mapping[str, Any]):
         Raises `InputError` for an unknown format or a folder that cannot be written.
         """
         refuse_format(form)
-        drawn = {f"{name}.{form}": picture(figure, form) for name, figure in self.items()}
+        drawn = {f"{file_name(name)}.{form}": picture(figure, form) for name, figure in self.items()}
         return write_all(drawn, Path(folder), "--plots")
 
     def _repr_html_(self) -> str:
@@ -52,11 +123,19 @@ class Figures(Mapping[str, Any]):
         return "\n".join(f'<img src="data:image/png;base64,{data}">' for data in coded)
 
 
+def numbered(several: Iterable[Figures]) -> Figures:
+    """Return the plots of several results together, `outputs_1`, `outputs_2` and so on."""
+    return Figures({f"{name}_{k}": plot for k, one in enumerate(several, 1) for name, plot in one.all.items()})
+
+
+def file_name(name: str) -> str:
+    """Return the name of a picture in letters, digits, `_`, `-` and single points."""
+    return re.sub(r"[^\w-]+", "_", re.sub(r"(?<=\w)\.(?=\w)", "_", name)).strip("_") or "plot"
+
+
 def new_figure(width: float, height: float) -> Any:
     """Return an empty figure, in inches. Raises `InputError` where matplotlib is missing."""
-    figure = _matplotlib("matplotlib.figure").Figure(figsize=(width, height), layout="constrained")
-    _matplotlib("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
-    return figure
+    return _figure_class()(figsize=(width, height))
 
 
 def refuse_format(form: str) -> None:
@@ -67,12 +146,48 @@ def refuse_format(form: str) -> None:
 
 
 def picture(figure: Any, form: str) -> bytes:
-    """Return the picture as the bytes of a file."""
+    """Return the picture as the bytes of a file; SVG is for light and dark pages."""
     stream = io.BytesIO()
-    with _matplotlib("matplotlib").rc_context({"svg.hashsalt": "symoro_elastic"}):
-        undated: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    undated: dict[str, dict[str, Any]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+    with _styled(style(figure.shades), figure.shades):
         figure.savefig(stream, format=form, dpi=110, metadata=undated.get(form, {}))
+    if form == "svg" and figure.shades is LIGHT:
+        return on_both_papers(stream.getvalue().decode("utf-8")).encode("utf-8")
     return stream.getvalue()
+
+
+@contextmanager
+def _styled(settings: Mapping[str, Any], shades: Shades) -> Iterator[None]:
+    token = DRAWN_ON.set(shades)
+    try:
+        with _matplotlib("matplotlib").rc_context(dict(settings)), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", GLYPHS)
+            yield
+    finally:
+        DRAWN_ON.reset(token)
+
+
+@cache
+def _figure_class() -> Any:
+    """The class of figures: it is drawn in its style wherever that happens, and a notebook shows it."""
+    figures = _matplotlib("matplotlib.figure")
+    canvas = _matplotlib("matplotlib.backends.backend_agg").FigureCanvasAgg
+
+    class ShownFigure(figures.Figure):  # type: ignore[misc, name-defined]
+        shades = LIGHT
+
+        def __init__(self, *args: Any, **more: Any) -> None:
+            super().__init__(*args, **more)
+            canvas(self)
+
+        def draw(self, renderer: Any) -> None:
+            with _styled(style(self.shades), self.shades):
+                super().draw(renderer)
+
+        def _repr_png_(self) -> bytes:
+            return picture(self, "png")
+
+    return ShownFigure
 
 
 def _matplotlib(module: str) -> Any:

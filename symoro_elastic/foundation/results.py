@@ -19,7 +19,7 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from symoro_elastic.foundation.packages import import_optional
-from symoro_elastic.foundation.pictures import Figures
+from symoro_elastic.foundation.pictures import Figures, Plot
 
 if TYPE_CHECKING:
     from symoro_elastic.foundation.array_types import AnyArray
@@ -146,8 +146,11 @@ def columns_of(result: Any) -> Mapping[str, Sequence[Any] | AnyArray]:
 
 
 @singledispatch
-def figures_of(result: Any) -> Mapping[str, Any]:
-    """Return the figures of matplotlib that draw a result, by name. Registered by class in `plots` of its room."""
+def figures_of(result: Any) -> Mapping[str, Plot | str]:
+    """Return the plots that draw a result, by name, the main one first; a reason in place of one that says nothing.
+
+    Registered by class in `plots` of its room.
+    """
     return {}
 
 
@@ -223,10 +226,20 @@ class Result(Shown):
         """Return a pandas data frame, a row a sample, mode or estimate; raises `InputError` without pandas."""
         return import_optional("pandas", "a data frame", "notebook").DataFrame(self.columns())
 
-    def plot(self) -> Figures:
-        """Return figures by name, which a notebook shows and `save` writes; raises `InputError` without matplotlib."""
+    def plots(self) -> Figures:
+        """Return all figures by name, which a notebook shows and `save` writes."""
         _load(type(self), "plots")
-        return Figures(figures_of(self)) or self._refuse("plots")
+        found = figures_of(self)
+        return Figures(found) if found else self._refuse("plots")
+
+    def plot(self, name: str = "", axes: Any = None, *, dark: bool = False) -> Any:
+        """Return a figure of matplotlib: that of a name in `plots`, by default the first; on dark paper if `dark`.
+
+        `axes`, one or as many as the plot needs, are drawn into and returned instead. Raises `InputError` for unknown
+        names, another number of axes, and without matplotlib.
+        """
+        plot = self.plots().plot(name)
+        return plot.figure(dark=dark) if axes is None else plot.into(axes)
 
     def _refuse(self, what: str) -> Any:
         raise TypeError(f"{type(self).__name__} has no {what}: use its attributes")

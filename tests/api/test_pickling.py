@@ -137,10 +137,15 @@ def classes(kind: type) -> Iterator[type]:
         yield from classes(each)
 
 
-def test_every_class_that_is_shown_is_pickled_here() -> None:
+def import_all() -> None:
+    """Import every module of the package, so that all classes are known."""
     for module in pkgutil.walk_packages(se.__path__, "symoro_elastic."):
         if not module.name.endswith((".__main__", ".casadi_functions")):
             importlib.import_module(module.name)
+
+
+def test_every_class_that_is_shown_is_pickled_here() -> None:
+    import_all()
     own = {each.__name__ for each in classes(Shown) if each.__module__.startswith("symoro_elastic.")}
     assert own - {Result.__name__} == set(MADE)
 

@@ -144,7 +144,7 @@ def test_identify_reads_what_is_written_and_finds_the_masses() -> None:
 @pytest.mark.thorough
 def test_compare_reads_what_is_written_and_plots_are_drawn() -> None:
     run("simulate", *scene(), "--step", "1e-3", "--out", "move.npz", "--plots", "plots")
-    named = {"outputs", "deviation", "torques", "powers", "spectrum", "energy"}
+    named = {"outputs", "deviation", "torques", "powers", "torque_speed", "spectrum", "energy"}
     assert {path.stem for path in Path("plots").iterdir()} == named
     found = json.loads(run("compare", "drive.toml", "--motion", "move.npz", "--json").stdout)
     assert "move.npz" in json.dumps(found)

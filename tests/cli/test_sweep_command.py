@@ -43,8 +43,8 @@ def test_tables_files_and_plots(tmp_path: Path) -> None:
     run(*over, "--over", "load.k=1e4:1e5:3", "--plots", "two")
     run(*over[:2], "--over", "m=1:2", "--samples", "8", "--hold", "all", "--plots", "many")
     assert [path.name for folder in ("one", "two", "many") for path in sorted(Path(folder).iterdir())] == [
-        "figures_1.png",
-        "map_1.png",
+        "frequency_1_over_m.png",
+        "frequency_1_over_m_and_load_k.png",
         "influence.png",
     ]
 

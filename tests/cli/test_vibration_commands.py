@@ -14,7 +14,6 @@ import scipy.io
 from symoro_elastic.analysis.vibration.comparison import compare
 from symoro_elastic.analysis.vibration.export import control_system, labels, save_linearization
 from symoro_elastic.analysis.vibration.modes import modes
-from symoro_elastic.analysis.vibration.plots import losses, over_two
 from symoro_elastic.analysis.vibration.responses import frequency_response
 from symoro_elastic.analysis.vibration.tracking import over_grid
 from symoro_elastic.formats import write_machine
@@ -66,8 +65,8 @@ def test_modes_over_positions(tmp_path: Path) -> None:
     assert (tmp_path / "positions.png").stat().st_size > 1000
     assert (tmp_path / "shapes_over_positions.png").exists()
     two = over_grid(EquationsOfMotion(two_axis()), {"motor_x": [0.0, 1.0], "motor_y": [0.0, 0.2]})
-    (axis, *_) = over_two(two, 5).axes
-    assert axis.get_xlabel() == "motor_x"
+    (axis, *_) = two.plot("frequency_6_over_motor_x_motor_y").axes
+    assert axis.get_xlabel() == "motor_x, m" and axis.get_ylabel() == "motor_y, m"
 
 
 def test_response_on_the_command_line(tmp_path: Path) -> None:
@@ -115,8 +114,8 @@ def test_pictures_of_a_comparison(tmp_path: Path) -> None:
     run("compare", tmp_path / "drive.toml", "--duration", "0.1", "--plots", tmp_path / "p", "--json")
     assert {path.name for path in (tmp_path / "p").iterdir()} == {"torques.png", "accelerations.png"}
     found = compare(drive(), duration=0.1)
-    (torque, _), t = found.losses, found.trajectory.t
-    values, missed = losses([torque], t).axes
+    torque, _ = found.losses
+    values, missed = found.plot("torques").axes
     assert [line.get_label() for line in values.lines] == ["full", "reduced", "rigid"]
     reduced, rigid = (line.get_ydata() for line in missed.lines)
     assert not reduced.any() and abs(rigid).max() == torque.rigid[1] > 0

@@ -6,7 +6,6 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from symoro_elastic.cli.output import print_result
 from symoro_elastic.foundation import results
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.results import (
     Field,
     Part,
@@ -84,10 +83,8 @@ def _(found: Spectrum) -> Sequence[Part]:
 
 
 @figures_of.register
-def _(found: Spectrum) -> dict[str, Any]:
-    figure = new_figure(2.0, 1.0)
-    figure.add_subplot().plot(found.f, found.f)
-    return {"spectrum": figure}
+def _(found: Spectrum) -> dict[str, Plot | str]:
+    return {"spectrum": Plot("toy: spectrum", lambda axes: axes.plot(found.f, found.f)), "flat": "it is flat"}
 
 
 def test_a_field_is_in_tables_json_arrays_and_frames() -> None:
@@ -121,8 +118,12 @@ def test_what_is_not_declared_is_refused_by_name() -> None:
 
 
 def test_figures_are_shown_and_saved(tmp_path: Path) -> None:
-    figures = spectrum().plot()
-    assert [*figures] == ["spectrum"] and repr(figures) == "<Figures: spectrum>"
+    figures = spectrum().plots()
+    assert (
+        figures.left_out == {"flat": "it is flat"}
+        and [*figures] == ["spectrum"]
+        and repr(figures) == "<Figures: spectrum>"
+    )
     assert figures._repr_html_().startswith('<img src="data:image/png;base64,')
     (path,) = figures.save(tmp_path, "svg")
     assert path == tmp_path / "spectrum.svg" and path.read_text(encoding="utf-8").startswith("<?xml")

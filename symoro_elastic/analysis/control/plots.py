@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ from symoro_elastic.analysis.control.loops import AxisLoops, loops_of
 from symoro_elastic.analysis.control.plant import position_row
 from symoro_elastic.analysis.control.views import place_text
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.pictures import Plot
+from symoro_elastic.foundation.plot_style import MOST_NAMED, curve, curves, legend, logarithmic, shades, y_label
 from symoro_elastic.foundation.results import figures_of
 
 FURTHEST = 3.0
@@ -26,40 +28,41 @@ STYLES = {"velocity": "-", "position": "--"}
 
 
 @figures_of.register
-def _(control: Control) -> dict[str, Any]:
+def _(control: Control) -> dict[str, Plot | str]:
     """Return open_loops_<motor> and nyquist_<motor> for each axis, and compliances."""
-    found: dict[str, Any] = {}
+    found: dict[str, Plot | str] = {}
     by_place = [loops_of(plant, control.cascades) for plant in control.plants]
     for k, one in enumerate(control.cascades):
         axes = [loops[k] for loops in by_place]
-        found |= {f"open_loops_{one.motor}": bode(control, axes), f"nyquist_{one.motor}": nyquist(control, axes)}
-    return found | {"compliances": compliances(control)}
+        title = f"{control.machine}: open loops of {one.motor}"
+        near = f"{title}, circles at their distances to -1"
+        found[f"open_loops_{one.motor}"] = Plot(title, partial(_bode, control, axes), 2, size=(8.0, 5.5))
+        found[f"nyquist_{one.motor}"] = Plot(near, partial(_nyquist, control, axes), size=(7.5, 5.8))
+    title = f"{control.machine}: compliance with all loops closed"
+    return found | {"compliances": Plot(title, partial(_compliances, control), size=(8.0, 4.2))}
 
 
 @figures_of.register
-def _(lobes: Lobes) -> dict[str, Any]:
+def _(lobes: Lobes) -> dict[str, Plot | str]:
     """Return stability_lobes: depths and frequencies of waves over the spindle speed."""
-    figure = new_figure(8.0, 5.5)
-    depth, waves = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    title = f"{lobes.machine}: stability lobes along {', '.join(lobes.cut.forces)}, stable below"
+    return {"stability_lobes": Plot(title, partial(_lobes, lobes), 2, size=(8.0, 5.5), ratios=(2, 1))}
+
+
+def _lobes(lobes: Lobes, depth: Any, waves: Any) -> None:
     for k, place in enumerate(lobes.places):
-        label = place_text(place.place) if len(lobes.places) > 1 else None
-        shown = np.where(np.isfinite(place.depths), 1e3 * place.depths, np.nan)
-        depth.plot(lobes.speeds, shown, linewidth=0.9, color=f"C{k % 10}", label=label)
+        look, label = curve(k), place_text(place.place) if len(lobes.places) > 1 and k < MOST_NAMED else None
+        depth.plot(lobes.speeds, np.where(np.isfinite(place.depths), 1e3 * place.depths, np.nan), label=label, **look)
         if place.periodic is not None:
             by_intervals = np.where(np.isfinite(place.periodic), 1e3 * place.periodic, np.nan)
-            depth.plot(lobes.speeds, by_intervals, ".", markersize=3, color=f"C{k % 10}")
-        depth.axhline(1e3 * place.least, linewidth=0.6, color=f"C{k % 10}", linestyle="--")
-        waves.plot(lobes.speeds, place.waves, ".", markersize=2, color=f"C{k % 10}")
+            depth.plot(lobes.speeds, by_intervals, ".", markersize=3, color=look["color"])
+        depth.axhline(1e3 * place.least, linewidth=0.6, **look)
+        waves.plot(lobes.speeds, place.waves, ".", markersize=2, color=look["color"])
     depth.set_ylim(0, HIGHEST * 1e3 * min(place.least for place in lobes.places))
-    depth.set_ylabel("depth, mm: stable below")
-    waves.set_ylabel("waves, Hz")
+    y_label(depth, "depth", "mm")
+    y_label(waves, "waves", "Hz")
     waves.set_xlabel("spindle speed, turns per minute")
-    for axis in (depth, waves):
-        axis.grid(True, linewidth=0.3)
-    if len(lobes.places) > 1:
-        depth.legend(fontsize="x-small")
-    depth.set_title(f"{lobes.machine}: stability lobes along {', '.join(lobes.cut.forces)}")
-    return {"stability_lobes": figure}
+    legend(depth)
 
 
 def shown(axis: AxisLoops) -> Array:
@@ -71,70 +74,61 @@ def shown(axis: AxisLoops) -> Array:
     return found
 
 
-def bode(control: Control, axes: list[AxisLoops]) -> Any:
-    """Return magnitude and phase of the open loops of an axis, a colour for each position."""
-    figure = new_figure(8.0, 6.0)
-    magnitude, phase = figure.subplots(2, 1, sharex=True)
+def _bode(control: Control, axes: list[AxisLoops], magnitude: Any, phase: Any) -> None:
+    """Draw magnitude and phase of the open loops of an axis, a colour for each position."""
     for k, (axis, place) in enumerate(zip(axes, control.places, strict=True)):
         frequencies = shown(axis)
         for name, L in axis.open_loops(frequencies).items():
-            style = {"linestyle": STYLES[name], "linewidth": 0.9, "color": f"C{k % 10}"}
+            look = {"linestyle": STYLES[name], "color": curve(k)["color"]}
             label = f"{name}, {place_text(place.place)}" if len(axes) > 1 else name
-            magnitude.loglog(frequencies, np.abs(L), label=label, **style)
-            phase.semilogx(frequencies, np.degrees(np.unwrap(np.angle(L))), **style)
-    magnitude.axhline(1.0, color="0.5", linewidth=0.6)
+            magnitude.plot(frequencies, np.abs(L), label=label if k < MOST_NAMED / 2 else None, **look)
+            phase.plot(frequencies, np.degrees(np.unwrap(np.angle(L))), **look)
+    logarithmic(magnitude, "x", "y")
+    logarithmic(phase, "x")
+    magnitude.axhline(1.0, color=shades().grey, linewidth=0.8)
     magnitude.set_ylim(bottom=1e-4)
     magnitude.set_ylabel("open loop")
-    phase.set_ylabel("phase, deg")
+    y_label(phase, "phase", "deg")
     phase.set_xlabel("frequency, Hz")
-    for axis_ in (magnitude, phase):
-        axis_.grid(True, which="both", linewidth=0.3)
-    magnitude.legend(fontsize="x-small")
-    magnitude.set_title(f"open loops of {axes[0].cascade.motor}")
-    return figure
+    legend(magnitude)
 
 
-def nyquist(control: Control, axes: list[AxisLoops]) -> Any:
-    """Return the open loops of an axis in the complex plane near -1, with the circles of their distances."""
-    figure = new_figure(6.0, 6.0)
-    plane = figure.add_subplot()
+def _nyquist(control: Control, axes: list[AxisLoops], plane: Any) -> None:
+    """Draw the open loops of an axis in the complex plane near -1, with the circles of their distances."""
     turn = np.exp(1j * np.linspace(0, 2 * np.pi, 200))
     for name, distance in (("velocity", control.distances.velocity), ("position", control.distances.position)):
         circle = -1 + distance * turn
-        plane.plot(circle.real, circle.imag, STYLES[name], color="0.6", linewidth=0.8)
+        plane.plot(circle.real, circle.imag, STYLES[name], color=shades().grey, linewidth=0.8)
     for k, axis in enumerate(axes):
         for name, L in axis.open_loops(shown(axis)).items():
-            plane.plot(L.real, L.imag, STYLES[name], color=f"C{k % 10}", linewidth=0.9, label=name if k == 0 else None)
-    plane.plot([-1], [0], "+", color="black")
+            plane.plot(L.real, L.imag, STYLES[name], color=curve(k)["color"], label=name if k == 0 else None)
+    plane.plot([-1], [0], "+", color=shades().ink, markersize=8)
     plane.set_xlim(-1 - FURTHEST, -1 + FURTHEST)
     plane.set_ylim(-FURTHEST, FURTHEST)
     plane.set_aspect("equal")
-    plane.grid(True, linewidth=0.3)
     plane.set_xlabel("real part")
     plane.set_ylabel("imaginary part")
-    plane.legend(fontsize="x-small")
-    plane.set_title(f"open loops of {axes[0].cascade.motor}, circles at their distances to -1", fontsize="small")
-    return figure
+    legend(plane)
 
 
-def compliances(control: Control) -> Any:
-    """Return the displacement of each output by a force there over the frequency, all loops closed."""
-    figure = new_figure(8.0, 4.0)
-    axis = figure.add_subplot()
+def _compliances(control: Control, axis: Any) -> None:
+    """Draw the displacement of each output by a force there over the frequency, all loops closed."""
     names = [one.output for one in control.places[0].compliances]
-    for k, (plant, place) in enumerate(zip(control.plants, control.places, strict=True)):
+    columns: list[Array] = []
+    labels: list[str] = []
+    for plant, place in zip(control.plants, control.places, strict=True):
         grid = shown(loops_of(plant, control.cascades)[0])
-        for i, name in enumerate(names):
+        for name in names:
             row = position_row(plant.linear, name)
-            moved = plant.response(laplace(grid), control.cascades, row, row)
-            label = f"{name}, {place_text(place.place)}" if len(control.places) > 1 else name
-            if np.abs(moved).any():
-                axis.loglog(grid, np.abs(moved), linewidth=0.9, color=f"C{k % 10}", linestyle=("-", "--", ":")[i % 3],
-                            label=label)  # fmt: skip
+            moved = np.abs(plant.response(laplace(grid), control.cascades, row, row))
+            if moved.any():
+                columns.append(np.stack([grid, moved]))
+                labels.append(f"{name}, {place_text(place.place)}" if len(control.places) > 1 else name)
+    for k, ((grid, moved), label) in enumerate(zip(columns, labels, strict=True)):
+        curves(axis, grid, moved[:, None], [label] if k < MOST_NAMED else [""], k)
     units = dict.fromkeys(one.unit for one in control.places[0].compliances)
-    axis.set_ylabel(f"compliance, {' or '.join(units)}")
+    y_label(axis, "compliance", " or ".join(units))
     axis.set_xlabel("frequency, Hz")
-    axis.grid(True, which="both", linewidth=0.3)
-    axis.legend(fontsize="x-small")
-    axis.set_title(f"{control.machine}: compliance with all loops closed")
-    return figure
+    if columns:
+        logarithmic(axis, "x", "y")
+    legend(axis)

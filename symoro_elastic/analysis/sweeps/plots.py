@@ -3,91 +3,124 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.analysis.sweeps.sweep import Sweep
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.pictures import Plot
+from symoro_elastic.foundation.plot_style import bars, by_unit, contours, curves, legend, shades, shortened, y_label
 from symoro_elastic.foundation.results import figures_of
 
-MOST_CURVES, MOST_MAPS, MOST_BARS = 12, 12, 15
+MOST_CURVES, MOST_MAPS, MOST_BARS, MOST_IN_BARS = 12, 12, 15, 6
+CONSTANT = 1e-9
+"""Of the largest value of a map: a range that is rounding."""
 
 
 @figures_of.register
-def _(found: Sweep) -> dict[str, Any]:
-    """Return figures_<k>, one for each unit, of grids of one quantity, map_<k>, one for each figure, of two.
+def _(found: Sweep) -> dict[str, Plot | str]:
+    """Return <figure>_over_<quantity> of grids of one quantity, a picture for each unit, and of two, one for each.
 
-    Others and samples are in the figure `influence`.
+    Others and samples are in the picture `influence`. Results that do not change are left out.
     """
     names = [name for name, x in found.figures.items() if np.isfinite(x).any()]
+    if not names:
+        return {"influence": "no point has a result"}
+    over = "_and_".join(found.quantities)
     if found.design.is_grid and len(found.quantities) == 1:
-        return {f"figures_{k}": lines(found, group) for k, group in _by_unit(found, names)}
+        groups = by_unit([found.units.get(name, "") for name in names]).values()
+        return {
+            f"{_together(some)}_over_{over}": _lines(found, some) for some in ([names[k] for k in g] for g in groups)
+        }
     if found.design.is_grid and len(found.quantities) == 2 and min(found.design.lengths) > 1:
-        return {f"map_{k}": map_of(found, name) for k, name in enumerate(names[:MOST_MAPS], 1)}
-    return {"influence": bars(found, names)}
+        return {f"{name}_over_{over}": _map(found, name) for name in names[:MOST_MAPS]}
+    return {"influence": _influence(found, names)}
 
 
-def _by_unit(found: Sweep, names: Sequence[str]) -> list[tuple[int, list[str]]]:
-    units = list(dict.fromkeys(found.units.get(name, "") for name in names))
-    groups = [[name for name in names if found.units.get(name, "") == unit] for unit in units]
-    return list(enumerate(groups, 1))
+def _together(names: Sequence[str]) -> str:
+    """The name of a picture of several figures: what their names begin with."""
+    if len(names) == 1:
+        return names[0]
+    alike = next((k for k, x in enumerate(zip(*names, strict=False)) if len({*x}) > 1), min(map(len, names)))
+    stem = names[0][:alike].rstrip("_.0123456789")
+    return stem if len(stem) > 2 else f"{names[0]}_and_{len(names) - 1}_more"
 
 
-def lines(found: Sweep, names: Sequence[str]) -> Any:
-    """Return the plot of results of one unit over the quantity of a grid."""
-    figure = new_figure(8.0, 5.0)
-    axis = figure.subplots()
+def _lines(found: Sweep, names: Sequence[str]) -> Plot | str:
+    """Return results of one unit over the quantity of a grid; a word where none of them changes."""
+    if all(constants := [_constant(found, name) for name in names]):
+        return "; ".join(constants)
+    what = names[0] if len(names) == 1 else f"{found.of}"
+    title = f"{found.machine}: {what} over {found.quantities[0]}"
+    return Plot(title, partial(_draw_lines, found, names), size=(8.0, 4.8))
+
+
+def _draw_lines(found: Sweep, names: Sequence[str], axis: Any) -> None:
     (x,) = found.points.T
     order = np.argsort(x, kind="stable")
-    for name in names[:MOST_CURVES]:
-        axis.plot(x[order], found.figures[name][order], label=name, linewidth=0.9, marker=".", markersize=3)
+    columns = np.transpose([found.figures[name][order] for name in names])
+    curves(axis, x[order], columns, names, marker=".")
     if is_logarithmic(x):
         axis.set_xscale("log")
     axis.set_xlabel(_labelled(found, found.quantities[0]))
-    axis.set_ylabel(found.units.get(names[0], "") if len(names) > 1 else _labelled(found, names[0]))
-    axis.grid(True, which="both", linewidth=0.3)
+    y_label(axis, *([] if len(names) > 1 else [names[0]]), found.units.get(names[0], ""))
     if len(names) > 1:
-        axis.legend(fontsize="x-small")
-    return figure
+        legend(axis)
 
 
-def map_of(found: Sweep, name: str) -> Any:
-    """Return a figure over the two quantities of a grid, as colours; points without a value stay white."""
-    figure = new_figure(7.0, 5.5)
-    axis = figure.subplots()
+def _map(found: Sweep, name: str) -> Plot | str:
+    """Return a figure over the two quantities of a grid; points without a value stay white."""
+    if said := _constant(found, name):
+        return said
+    title = f"{found.machine}: {name} over {' and '.join(found.quantities)}"
+    return Plot(title, partial(_draw_map, found, name), size=(7.5, 5.2))
+
+
+def _constant(found: Sweep, name: str) -> str:
+    """Return the value of a result that does not change, in a sentence; nothing for others."""
+    values = found.figures[name]
+    known = values[np.isfinite(values)]
+    if np.ptp(known) > CONSTANT * np.abs(known).max():
+        return ""
+    where = "" if len(known) == len(values) else " with a result"
+    return f"{name} is {known[0]:.4g} {found.units.get(name, '')}".rstrip() + f" at all points{where}"
+
+
+def _draw_map(found: Sweep, name: str, axis: Any) -> None:
     first, second = (found.design.along(k) for k in range(2))
     rows, columns = np.argsort(first, kind="stable"), np.argsort(second, kind="stable")
     values = np.ma.masked_invalid(found.on_grid(name)[np.ix_(rows, columns)])
-    drawn = axis.pcolormesh(second[columns], first[rows], values, shading="nearest", cmap="viridis")
-    for set_scale, x in ((axis.set_xscale, second), (axis.set_yscale, first)):
-        if is_logarithmic(x):
+    x, y = np.meshgrid(second[columns], first[rows])
+    names = tuple(_labelled(found, found.quantities[k]) for k in (1, 0))
+    contours(x, y, values, names, _labelled(found, name), axis)
+    for set_scale, each in ((axis.set_xscale, second), (axis.set_yscale, first)):
+        if is_logarithmic(each):
             set_scale("log")
-    axis.set_xlabel(_labelled(found, found.quantities[1]))
-    axis.set_ylabel(_labelled(found, found.quantities[0]))
-    figure.colorbar(drawn, label=_labelled(found, name))
-    return figure
 
 
-def bars(found: Sweep, names: Sequence[str]) -> Any:
-    """Return the influence of each quantity on each figure as bars, the largest first."""
-    by, shown = found.influence, list(names[:MOST_CURVES])
+def _influence(found: Sweep, names: Sequence[str]) -> Plot:
+    """Return the influence of each quantity on each figure, the largest first."""
+    rows = min(MOST_BARS, len(found.quantities))
+    shown = list(names[:MOST_IN_BARS])
+    title = f"{found.machine}: {found.of}, influence of each quantity"
+    title += f"; {len(shown)} of {len(names)} results" if len(shown) < len(names) else ""
+    return Plot(title, partial(_draw_bars, found, shown), size=(8.0, 1.5 + 0.3 * rows * max(1, len(shown)) ** 0.5))
+
+
+def _draw_bars(found: Sweep, shown: Sequence[str], axis: Any) -> None:
+    by = found.influence
     order = by.strongest()[:MOST_BARS]
-    figure = new_figure(8.0, 1.5 + 0.22 * len(order) * max(1, len(shown)) ** 0.7)
-    axis = figure.subplots()
-    height = 0.8 / max(1, len(shown))
-    for k, name in enumerate(shown):
-        row = np.nan_to_num(by.values[by.figures.index(name), order])
-        axis.barh(np.arange(len(order)) + k * height, row, height, label=name)
-    axis.set_yticks(np.arange(len(order)) + 0.4 - height / 2, [by.quantities[k] for k in order])
-    axis.invert_yaxis()
+    bars(
+        axis,
+        {name: by.values[by.figures.index(name), order].tolist() for name in shown},
+        [by.quantities[k] for k in order],
+    )
     axis.set_xlim(-1.05, 1.05)
-    axis.axvline(0.0, color="black", linewidth=0.6)
+    axis.axvline(0.0, color=shades().ink, linewidth=0.8)
     axis.set_xlabel("share of the range" if found.design.is_grid else "correlation of ranks")
-    axis.grid(True, axis="x", linewidth=0.3)
-    axis.legend(fontsize="x-small")
-    return figure
+    legend(axis)
 
 
 def is_logarithmic(x: Array) -> bool:
@@ -99,4 +132,5 @@ def is_logarithmic(x: Array) -> bool:
 
 
 def _labelled(found: Sweep, name: str) -> str:
-    return f"{name}, {found.units[name]}" if name in found.units else name
+    shown = shortened(name)
+    return f"{shown}, {found.units[name]}" if name in found.units else shown

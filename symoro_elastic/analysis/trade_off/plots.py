@@ -4,76 +4,76 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from symoro_elastic.analysis.trade_off.configurations import BATCH, Measurement, front
 from symoro_elastic.analysis.trade_off.guaranteed import GuaranteedCurve
 from symoro_elastic.analysis.trade_off.trade import Trade
-from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.pictures import Plot
+from symoro_elastic.foundation.plot_style import curve, legend, logarithmic, marker, shades
 from symoro_elastic.foundation.results import figures_of
 from symoro_elastic.numerics.verification.accuracy import LEAST_ERROR
 
-PRECISION_COLOURS = {"double": "#14365d", "single": "#d98e04", "mixed": "#2a7f62", "double-double": "#8b2f6b"}
+PRECISIONS = ("double", "single", "mixed", "double-double")
+"""In the order of their colours and markers."""
 LEAST_DRAWN = LEAST_ERROR * 2.0**-53
-UNSAFE, FRONT_COLOUR = "#c0392b", "#9aa5b1"
 
 
 @figures_of.register
-def pictures(trade: Trade, with_fast_math: bool = False) -> dict[str, Any]:
-    """Return a figure for each model."""
-    return {
-        model: picture(f"{trade.machine.name}: {model}", measurements, with_fast_math)
-        for model, measurements in trade.measurements.items()
-    } | {f"{curve.model}_guaranteed": curve_picture(curve) for curve in trade.curves}
+def pictures(trade: Trade, with_fast_math: bool = False) -> dict[str, Plot | str]:
+    """Return errors over time, errors over operations for each model, and what is guaranteed."""
+    found: dict[str, Plot | str] = {}
+    for model, measured in trade.measurements.items():
+        title = f"{trade.machine.name}: worst error and time of {model}"
+        found[model] = Plot(title, partial(_picture, measured, with_fast_math), size=(8.5, 5.0))
+    return found | {f"{each.model}_guaranteed": _of_curve(each) for each in trade.curves}
 
 
 @figures_of.register
-def _(curve: GuaranteedCurve) -> dict[str, Any]:
-    return {f"{curve.model}_guaranteed": curve_picture(curve)}
+def _(found: GuaranteedCurve) -> dict[str, Plot | str]:
+    return {f"{found.model}_guaranteed": _of_curve(found)}
 
 
-def curve_picture(curve: GuaranteedCurve) -> Any:
-    """Return a figure: operations against guaranteed error, colours by precision, and the path."""
-    figure = new_figure(8.0, 5.0)
-    axis = figure.add_subplot()
-    path = [curve.points[k] for k in curve.path]
-    axis.step([one.total for one in path], [one.time for one in path], where="post", color=FRONT_COLOUR, zorder=1)
-    for precision, colour in PRECISION_COLOURS.items():
-        some = [one for one in curve.points if one.precision == precision and 0 < one.total < math.inf]
+def _of_curve(found: GuaranteedCurve) -> Plot:
+    return Plot(f"{found.model} within {found.within}", partial(_guaranteed, found), size=(8.5, 5.0))
+
+
+def _guaranteed(found: GuaranteedCurve, axis: Any) -> None:
+    """Draw operations against guaranteed error, colours by precision, and the path."""
+    path = [found.points[k] for k in found.path]
+    times, totals = [one.time for one in path], [one.total for one in path]
+    axis.step(totals, times, where="post", color=shades().grey, zorder=1)
+    for k, precision in enumerate(PRECISIONS):
+        some = [one for one in found.points if one.precision == precision and 0 < one.total < math.inf]
         if some:
-            axis.scatter([one.total for one in some], [one.time for one in some], color=colour, label=precision)
-    advised = curve.advised
+            look = {"color": curve(k)["color"], "marker": marker(k), "s": 26}
+            axis.scatter([one.total for one in some], [one.time for one in some], label=precision, **look)
+    advised = found.advised
     if advised.unseen:
-        axis.scatter(advised.unseen, advised.time, marker="x", color="k", label="terms of the advised, unseen states")
-    axis.axvline(1.0, linestyle="--", color="0.4", label="tolerance")
-    axis.set_xscale("log")
+        said = "terms of the advised, unseen states"
+        axis.scatter(advised.unseen, advised.time, marker="x", color=shades().ink, label=said)
+    axis.axvline(1.0, linestyle="--", color=shades().ink, linewidth=0.9, label="tolerance")
+    logarithmic(axis, "x")
     axis.set_ylim(bottom=0)
     axis.set_xlabel("guaranteed error, of the tolerance")
     axis.set_ylabel("time of a call, operations in double precision")
-    axis.set_title(f"{curve.model} within {curve.within}")
-    axis.legend(fontsize="small", frameon=False)
-    return figure
+    legend(axis)
 
 
-def picture(title: str, measurements: Sequence[Measurement], with_fast_math: bool = False) -> Any:
-    """Return a figure: colours by precision, full for batches, hollow for single calls, squares for numpy."""
-    figure = new_figure(8.0, 5.0)
-    axis = figure.add_subplot()
-    on_front = front(measurements, with_fast_math)
-    axis.step([f.ns for f in on_front], [_drawn(f) for f in on_front], where="post", color=FRONT_COLOUR, zorder=1)
-    for precision, colour in PRECISION_COLOURS.items():
-        some = [f for f in measurements if f.configuration.precision.name == precision and math.isfinite(f.error)]
-        for k, one in enumerate(some):
-            axis.scatter(one.ns, _drawn(one), label=precision if k == 0 else None, zorder=2, **_style(one, colour))
-    axis.set_xscale("log")
-    axis.set_yscale("log")
-    axis.set_xlabel("ns a state")
+def _picture(measured: Sequence[Measurement], with_fast_math: bool, axis: Any) -> None:
+    """Draw worst errors over time: colours by precision, full for batches, hollow for single calls, numpy small."""
+    on_front = front(measured, with_fast_math)
+    line = {"where": "post", "color": shades().grey, "zorder": 1, "label": "best"}
+    axis.step([f.ns for f in on_front], [_drawn(f) for f in on_front], **line)
+    for k, precision in enumerate(PRECISIONS):
+        some = [f for f in measured if f.configuration.precision.name == precision and math.isfinite(f.error)]
+        for j, one in enumerate(some):
+            axis.scatter(one.ns, _drawn(one), label=precision if j == 0 else None, zorder=2, **_look(one, k))
+    logarithmic(axis, "x", "y")
+    axis.set_xlabel("time of a state, ns")
     axis.set_ylabel("worst error, relative to the largest entry")
-    axis.set_title(title)
-    axis.legend(
-        fontsize="small", frameon=False, title="full: batch, hollow: single call\nsquare: numpy, cross: -ffast-math"
-    )
-    return figure
+    legend(axis, "full: batch\nhollow: single call\nsmall: numpy\ncross: -ffast-math")
 
 
 def _drawn(one: Measurement) -> float:
@@ -81,8 +81,9 @@ def _drawn(one: Measurement) -> float:
     return max(one.error, LEAST_DRAWN)
 
 
-def _style(one: Measurement, colour: str) -> dict[str, Any]:
+def _look(one: Measurement, k: int) -> dict[str, Any]:
     if not one.configuration.is_safe:
-        return {"marker": "x", "color": UNSAFE, "s": 30}
+        return {"marker": "x", "color": shades().bad, "s": 30}
+    colour, size = curve(k)["color"], 30 if one.configuration.build else 10
     full = colour if one.configuration.call == BATCH else "none"
-    return {"marker": "o" if one.configuration.build else "s", "facecolors": full, "edgecolors": colour, "s": 30}
+    return {"marker": marker(k), "facecolors": full, "edgecolors": colour, "s": size}

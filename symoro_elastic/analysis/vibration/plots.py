@@ -3,82 +3,120 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.time_series.plots import over_time, torque_speed
 from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
 from symoro_elastic.analysis.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.analysis.vibration.export import labels
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward
+from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.modes import Modes
 from symoro_elastic.analysis.vibration.responses import Response
 from symoro_elastic.analysis.vibration.tracking import Tracked
-from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.pictures import new_figure
+from symoro_elastic.foundation.array_types import AnyArray, Array
+from symoro_elastic.foundation.pictures import Plot
+from symoro_elastic.foundation.plot_style import (
+    by_unit,
+    contours,
+    curve,
+    curves,
+    legend,
+    logarithmic,
+    map_of_numbers,
+    plain,
+    shades,
+    shortened,
+    y_label,
+)
 from symoro_elastic.foundation.results import figures_of
 
-MOST_CURVES = 6
-LEAST_SHOWN, LEAST_NUMBER, DARK = 0.005, 0.05, 0.6
-"""Of a heat map: a row that is shown, a number that is written, a cell on which it is white."""
+MOST_CURVES, MOST_MODES, MOST_PANELS, MOST_ROWS = 6, 16, 8, 10
+LEAST_SHOWN = 0.005
+"""Of a heat map: a row that is shown."""
 
 
 @figures_of.register
-def _(response: Response) -> dict[str, Any]:
+def _(response: Response) -> dict[str, Plot | str]:
     """Return bode_<input> for each input."""
     return {f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))}
 
 
 @figures_of.register
-def _(modal: Modes) -> dict[str, Any]:
+def _(modal: Modes) -> dict[str, Plot | str]:
     """Return shapes and energies."""
     return {"shapes": shapes(modal), "energies": energies(modal)}
 
 
 @figures_of.register
-def _(tracked: Tracked) -> dict[str, Any]:
-    """Return positions and shapes_over_positions; over two joints positions_<k>, one mode each."""
+def _(linear: Linearization) -> dict[str, Plot | str]:
+    """Return poles."""
+    poles = np.linalg.eigvals(linear.space.A)
+    return {"poles": Plot(f"{linear.motion.machine.name}: poles", partial(_poles, poles), size=(7.0, 5.0))}
+
+
+@figures_of.register
+def _(tracked: Tracked) -> dict[str, Plot | str]:
+    """Return positions and shapes_over_positions; over two joints frequency_<k>_over_<joint>, one mode each."""
+    name = tracked.modes[0].linear.motion.machine.name
     vibrating = [k for k in range(tracked.frequencies.shape[1]) if tracked.frequencies[:, k].any()][:MOST_CURVES]
     if len(tracked.joints) == 1:
-        return {"positions": over_one(tracked), "shapes_over_positions": shapes_over_one(tracked, vibrating)}
-    return {f"positions_{k + 1}": over_two(tracked, k) for k in vibrating}
+        title = f"{name}: frequencies over {tracked.joints[0]}"
+        said = "" if vibrating else "no mode vibrates at any position"
+        alone = Plot(title, partial(_over_one, tracked), size=(8.0, 5.5))
+        return {"positions": said or alone, "shapes_over_positions": said or _shapes_over_one(tracked, vibrating)}
+    return {f"frequency_{k + 1}_over_{'_'.join(labels(tracked.joints[:2]))}": _over_two(tracked, k) for k in vibrating}
 
 
 @figures_of.register
-def _(command: FeedForward) -> dict[str, Any]:
-    """Return feed_forward."""
-    return {"feed_forward": following(command)}
+def _(command: FeedForward) -> dict[str, Plot | str]:
+    """Return feed_forward, and torque_speed."""
+    motors = command.machine.motor_joints
+    units = [joint.force_unit for joint in motors]
+    speeds = [f"{joint.unit}/s" for joint in motors]
+    title = f"{command.machine.name}: torques over speeds of the motors"
+    return {
+        "feed_forward": _following(command),
+        "torque_speed": torque_speed(title, command.motors, command.velocities, command.tau, speeds, units),
+    }
 
 
 @figures_of.register
-def _(comparison: Comparison) -> dict[str, Any]:
+def _(comparison: Comparison) -> dict[str, Plot | str]:
     """Return torques of motors and accelerations of springs."""
     by_quantity = {name: [x for x in comparison.losses if x.quantity == name] for name in Compared}
-    return {f"{name}s": losses(some, comparison.trajectory.t) for name, some in by_quantity.items() if some}
+    name, t = comparison.full.linear.motion.machine.name, comparison.trajectory.t
+    return {f"{quantity}s": _losses(some, t, name) for quantity, some in by_quantity.items() if some}
 
 
-def bode(response: Response, j: int) -> Any:
+def bode(response: Response, j: int) -> Plot:
     """Return magnitudes, a scale for each unit, and phases of all outputs to input j over the frequency."""
     source = response.inputs[j]
-    units = list(dict.fromkeys(response.unit(name, source) for name in response.outputs))
-    figure = new_figure(8.0, 3.0 + 2.5 * len(units))
-    *magnitudes, phase = figure.subplots(len(units) + 1, 1, sharex=True)
-    for i, name in enumerate(response.outputs):
-        G = np.where(response.values[:, i, j] == 0, np.nan, response.values[:, i, j])
-        unit = response.unit(name, source)
-        shown = f"{name}, {unit}" if np.isfinite(G).any() else f"{name}: no response"
-        axis, style = magnitudes[units.index(unit)], {"linewidth": 0.9, "color": f"C{i % 10}"}
-        axis.loglog(response.frequencies, np.abs(G), label=shown, **style)
-        phase.semilogx(response.frequencies, _phase(G), **style)
-    for axis, unit in zip(magnitudes, units, strict=True):
-        axis.set_ylabel(f"magnitude, {unit}")
-        axis.legend(fontsize="x-small")
-    phase.set_ylabel("phase, deg")
+    units = by_unit([response.unit(name, source) for name in response.outputs])
+    title = f"{response.machine}: response to {source}".removeprefix(": ")
+    draw = partial(_bode, response, j, units)
+    return Plot(title, draw, len(units) + 1, size=(8.0, 2.0 + 2.1 * len(units)))
+
+
+def _bode(response: Response, j: int, units: dict[str, list[int]], *axes: Any) -> None:
+    *magnitudes, phase = axes
+    f, first = response.frequencies, 0
+    for axis, (unit, rows) in zip(magnitudes, units.items(), strict=True):
+        G = np.where(response.values[:, rows, j] == 0, np.nan, response.values[:, rows, j])
+        none = [not np.isfinite(column).any() for column in G.T]
+        names = [f"{response.outputs[k]}{': no response' if idle else ''}" for k, idle in zip(rows, none, strict=True)]
+        curves(axis, f, np.abs(G), names, first)
+        curves(phase, f, np.transpose([_phase(column) for column in G.T]), names, first)
+        y_label(axis, "magnitude", unit)
+        logarithmic(axis, "x", "y")
+        legend(axis)
+        first += len(rows)
+    y_label(phase, "phase", "deg")
+    logarithmic(phase, "x")
     phase.set_xlabel("frequency, Hz")
-    for axis in (*magnitudes, phase):
-        axis.grid(True, which="both", linewidth=0.3)
-    magnitudes[0].set_title(f"from {source}")
-    return figure
 
 
 def _phase(G: Any) -> Array:
@@ -91,41 +129,48 @@ def _phase(G: Any) -> Array:
     return degrees
 
 
-def shapes(modal: Modes) -> Any:
+def _poles(poles: AnyArray, axes: Any) -> None:
+    """Draw poles as frequency over decay, Hz and 1/s; those that grow are on the right."""
+    axes.plot(poles.real, poles.imag / (2 * np.pi), "x", color=curve(0)["color"], markersize=7)
+    axes.axvline(0.0, color=shades().ink, linewidth=0.8)
+    axes.set_yscale("asinh", linear_width=max(1.0, np.abs(poles.imag).max(initial=0.0) / 200))
+    axes.yaxis.set_major_formatter(plain)
+    axes.set_xlabel("real part, 1/s")
+    axes.set_ylabel("imaginary part, Hz")
+
+
+def shapes(modal: Modes) -> Plot:
     """Return mode shapes in joint coordinates, each weighted by the mass of its joint so that units compare."""
     names = modal.linear.coordinates
     weighted = np.sqrt(np.diag(modal.linear.M))[:, None] * modal.shapes
     weighted = weighted / np.abs(weighted).max(axis=0, initial=0.0)
-    title = "mode shapes: motion of each joint times the root of its inertia, the largest being 1"
-    return _picture(weighted, names, modal, "RdBu_r", -1.0, title, "{:.2f}")
+    return _picture(weighted, names, modal, "mode shapes, joints weighted by the roots of their inertias", "{:.2f}")
 
 
-def energies(modal: Modes) -> Any:
+def energies(modal: Modes) -> Plot:
     """Return the shares of strain energy by spring and of kinetic energy by body."""
     strain, kinetic = strain_shares(modal), kinetic_shares(modal)
     both = np.vstack([strain.shares, kinetic.shares])
     names = (*(f"strain {name}" for name in strain.names), *(f"kinetic {name}" for name in kinetic.names))
-    return _picture(both, names, modal, "Blues", 0.0, "shares of energy in springs and bodies", "{:.0%}")
+    return _picture(both, names, modal, "shares of energy in springs and bodies", "{:.0%}")
 
 
-def _picture(
-    values: Array, rows: tuple[str, ...], modal: Modes, colours: str, low: float, title: str, form: str
-) -> Any:
-    """Return a heat map with numbers; rows without anything to see are left out."""
-    kept = [k for k in range(len(rows)) if np.abs(values[k]).max(initial=0.0) >= LEAST_SHOWN]
-    values, count = values[kept], values.shape[1]
-    figure = new_figure(3.0 + 0.6 * count, 2.0 + 0.25 * len(kept))
-    axis = figure.add_subplot()
-    image = axis.imshow(values, cmap=colours, vmin=low, vmax=1.0, aspect="auto")
-    for row, k in np.argwhere(np.abs(values) >= LEAST_NUMBER):
-        colour = "white" if abs(values[row, k]) > DARK else "black"
-        axis.text(k, row, form.format(values[row, k]), ha="center", va="center", fontsize=6, color=colour)
-    axis.set_yticks(range(len(kept)), [rows[k] for k in kept], fontsize="x-small")
-    axis.set_xticks(range(count), [_column(modal, k) for k in range(count)], fontsize="x-small", rotation=60)
-    axis.set_xlabel("mode")
-    axis.set_title(title, fontsize="small", loc="right")
-    figure.colorbar(image, ax=axis)
-    return figure
+def _picture(values: Array, rows: tuple[str, ...], modal: Modes, what: str, form: str) -> Plot:
+    """Return a heat map with numbers; rows without anything to see are left out, and the highest of many modes."""
+    count, all_modes = min(MOST_MODES, values.shape[1]), values.shape[1]
+    kept = [k for k in range(len(rows)) if np.abs(values[k, :count]).max(initial=0.0) >= LEAST_SHOWN]
+    if not kept:
+        kept = [*range(len(rows))]
+    title = f"{modal.linear.motion.machine.name}: {what}"
+    title += f"; {count} of {all_modes} modes" if count < all_modes else ""
+    columns = [_column(modal, k) for k in range(count)]
+    draw = partial(_map, values[np.ix_(kept, range(count))], [rows[k] for k in kept], columns, form)
+    return Plot(title, draw, size=(max(5.5, 3.2 + 0.55 * count), 1.9 + 0.26 * len(kept)))
+
+
+def _map(values: Array, rows: Sequence[str], columns: Sequence[str], form: str, axes: Any) -> None:
+    map_of_numbers(axes, values, rows, columns, form)
+    axes.set_xlabel("mode")
 
 
 def _column(modal: Modes, k: int) -> str:
@@ -135,97 +180,104 @@ def _column(modal: Modes, k: int) -> str:
     return f"{k + 1}: {modal.frequencies[k]:.4g} Hz" if modal.frequencies[k] else f"{k + 1}: free"
 
 
-def over_one(tracked: Tracked) -> Any:
-    """Return frequencies over the positions of one joint, a curve for each mode, on a logarithmic scale."""
-    figure = new_figure(8.0, 6.0)
-    axis = figure.add_subplot()
-    for k, curve in enumerate(tracked.frequencies.T):
-        if curve.any():
-            axis.semilogy(
-                tracked.positions[:, 0], np.where(curve > 0, curve, np.nan), marker=".", label=f"mode {k + 1}"
-            )
-    axis.set_xlabel(tracked.joints[0])
-    axis.set_ylabel("frequency, Hz")
-    axis.grid(True, which="both", linewidth=0.3)
-    figure.legend(fontsize="x-small", loc="outside right upper")
-    return figure
+def _over_one(tracked: Tracked, axes: Any) -> None:
+    """Draw frequencies over the positions of one joint, a curve for each mode, on a logarithmic scale."""
+    f = np.where(tracked.frequencies > 0, tracked.frequencies, np.nan)
+    shown = [k for k in range(f.shape[1]) if np.isfinite(f[:, k]).any()]
+    for j, k in enumerate(shown):
+        look = {"marker": ".", **curve(j)} if j < MOST_ROWS else {"color": shades().grey, "linewidth": 0.5}
+        said = f"mode {k + 1}" if j < MOST_ROWS else f"{len(shown) - j} higher ones" if j == MOST_ROWS else None
+        axes.plot(tracked.positions[:, 0], f[:, k], label=said, **look)
+    logarithmic(axes, "y")
+    axes.set_xlabel(_joint(tracked, 0))
+    y_label(axes, "frequency", "Hz")
+    legend(axes)
 
 
-def shapes_over_one(tracked: Tracked, chosen: Sequence[int]) -> Any:
+def _joint(tracked: Tracked, k: int) -> str:
+    """The name of a joint of the grid, and its unit."""
+    joints = tracked.modes[0].linear.motion.machine.joints
+    unit = next(joint.unit for joint in joints if joint.name == tracked.joints[k])
+    return f"{shortened(tracked.joints[k])}, {unit}"
+
+
+def _shapes_over_one(tracked: Tracked, chosen: Sequence[int]) -> Plot:
     """Return shapes of some modes over the positions of one joint, a row for each joint weighted by its mass."""
-    names = tracked.modes[0].linear.coordinates
-    figure = new_figure(8.0, 1.0 + (0.5 + 0.15 * len(names)) * len(chosen))
-    place = np.linspace(tracked.positions[0, 0], tracked.positions[-1, 0], 6)
-    for axis, k in zip(figure.subplots(len(chosen), 1, squeeze=False)[:, 0], chosen, strict=True):
-        columns = [np.sqrt(np.diag(each.linear.M)) * each.shapes[:, k] for each in tracked.modes]
-        image = axis.imshow(np.array(columns).T, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
-        axis.set_yticks(range(len(names)), names, fontsize="xx-small")
-        axis.set_xticks(np.linspace(0, len(columns) - 1, 6), [f"{x:.3g}" for x in place], fontsize="x-small")
-        axis.set_title(f"mode {k + 1}", fontsize="small")
-        figure.colorbar(image, ax=axis)
-    return figure
+    shown = {
+        k: np.array([np.sqrt(np.diag(each.linear.M)) * each.shapes[:, k] for each in tracked.modes]).T for k in chosen
+    }
+    rows = sum(min(MOST_ROWS, len(tracked.modes[0].linear.coordinates)) for _ in chosen)
+    title = f"{tracked.modes[0].linear.motion.machine.name}: mode shapes over {tracked.joints[0]}"
+    draw = partial(_draw_shapes_over_one, tracked, shown)
+    return Plot(title, draw, len(chosen), size=(8.0, 1.2 + 0.45 * len(chosen) + 0.19 * rows))
 
 
-def over_two(tracked: Tracked, mode: int) -> Any:
+def _draw_shapes_over_one(tracked: Tracked, shown: dict[int, Array], *axes: Any) -> None:
+    names, x = tracked.modes[0].linear.coordinates, tracked.positions[:, 0]
+    half = (x[1] - x[0]) / 2 if len(x) > 1 else 0.5
+    for axis, (k, values) in zip(axes, shown.items(), strict=True):
+        kept = sorted(np.argsort(-np.abs(values).max(axis=1), kind="stable")[:MOST_ROWS])
+        edges = (x[0] - half, x[-1] + half, len(kept) - 0.5, -0.5)
+        look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -1.0, "vmax": 1.0, "aspect": "auto", "extent": edges}
+        image = axis.imshow(values[kept], **look)
+        axis.set_yticks(range(len(kept)), [shortened(names[j]) for j in kept], fontsize=7)
+        axis.grid(False)
+        axis.set_title(f"mode {k + 1}", fontsize=8)
+        axis.figure.colorbar(image, ax=axis)
+    axes[-1].set_xlabel(_joint(tracked, 0))
+
+
+def _over_two(tracked: Tracked, mode: int) -> Plot | str:
     """Return one mode's frequency over the first two joints of a grid, the others at their first position."""
-    figure = new_figure(6.0, 5.0)
-    axis = figure.add_subplot()
     first, second = tracked.lengths[:2]
     planes = (tracked.positions[:, 0], tracked.positions[:, 1], tracked.frequencies[:, mode])
     x, y, f = (values.reshape(first, second, -1)[:, :, 0] for values in planes)
-    if min(first, second) > 1:
-        figure.colorbar(axis.pcolormesh(x, y, f, shading="nearest"), ax=axis, label="frequency, Hz")
-    else:
-        axis.plot((x if first > 1 else y).ravel(), f.ravel(), marker=".")
-    axis.set_xlabel(tracked.joints[0])
-    axis.set_ylabel(tracked.joints[1])
-    axis.set_title(f"mode {mode + 1}")
-    return figure
+    if np.ptp(f) <= 1e-9 * f.max():
+        return f"mode {mode + 1} is at {f.flat[0]:.4g} Hz at all positions"
+    title = f"{tracked.modes[0].linear.motion.machine.name}: frequency of mode {mode + 1}, Hz"
+    names = (_joint(tracked, 0), _joint(tracked, 1))
+    return Plot(title, partial(contours, x, y, f, names, "frequency, Hz"), size=(7.0, 5.0))
 
 
-def following(command: FeedForward) -> Any:
-    """Return a column for each motor: reference trajectory, lead of the motor where springs give it one, torque.
+def _following(command: FeedForward) -> Plot:
+    """Return reference trajectory, lead of the motors where springs give them one, and torques, by unit.
 
     Where motors follow from loops, the trajectories are those of the joints that are to follow.
     """
     wanted, motors = command.wanted, command.machine.motor_joints
     y = np.stack([command.reference.y[joint.name][0] for joint in wanted], axis=1)
-    rows = [("reference", wanted, command.units, y)]
-    rows += [("motor ahead", wanted, tuple(j.unit for j in wanted), command.lead)] if command.lead.any() else []
-    rows += [("torque", motors, tuple(j.force_unit for j in motors), command.tau)]
-    columns = max(len(wanted), len(motors))
-    figure = new_figure(2.0 + 3.0 * columns, 2.0 * len(rows))
-    axes = figure.subplots(len(rows), columns, sharex=True, squeeze=False)
-    for line, (label, joints, units, curves) in zip(axes, rows, strict=True):
-        for axis, joint, unit, curve in zip(line, joints, units, curves.T, strict=False):
-            axis.plot(command.t, curve, linewidth=0.9)
-            axis.set_ylabel(f"{label}, {unit}")
-            axis.grid(True, linewidth=0.3)
-            if line is axes[0] or command.following:
-                axis.set_title(joint.name)
-        for axis in line[len(joints) :]:
-            axis.set_axis_off()
-    for axis in axes[-1]:
-        axis.set_xlabel("t, s")
-    return figure
+    blocks = [("reference", wanted, command.units, y)]
+    blocks += [("motor ahead", wanted, tuple(j.unit for j in wanted), command.lead)] if command.lead.any() else []
+    blocks += [("torque", motors, tuple(j.force_unit for j in motors), command.tau)]
+    rows = [
+        (label, unit, [joints[k].name for k in columns], values[:, columns])
+        for label, joints, units, values in blocks
+        for unit, columns in by_unit(units).items()
+    ]
+    title = f"{command.machine.name}: feed-forward"
+    return Plot(title, partial(over_time, command.t, rows), len(rows), size=(8.0, 1.0 + 1.7 * len(rows)))
 
 
-def losses(some: Sequence[Loss], t: Array) -> Any:
+def _losses(some: Sequence[Loss], t: Array, machine: str) -> Plot:
     """Return a row for each joint: a quantity over the motion by three models, and the errors of two of them."""
-    figure = new_figure(10.0, 1.0 + 1.6 * len(some))
-    for (values, missed), loss in zip(figure.subplots(len(some), 2, sharex=True, squeeze=False), some, strict=True):
-        models = (("full", loss.by_full, "-"), ("reduced", loss.by_reduced, "--"), ("rigid", loss.by_rigid, ":"))
-        for k, (name, curve, style) in enumerate(models):
-            values.plot(t, curve, style, color=f"C{k}", linewidth=0.9, label=name)
+    shown = sorted(range(len(some)), key=lambda k: -max(some[k].rigid[1], some[k].reduced[1]))[:MOST_PANELS]
+    chosen = [some[k] for k in sorted(shown)]
+    title = f"{machine}: {some[0].quantity}s by three models, and what the simpler ones miss"
+    title += f"; {len(chosen)} of {len(some)} joints, those with the largest errors" if len(chosen) < len(some) else ""
+    return Plot(title, partial(_draw_losses, chosen, t), len(chosen), 2, size=(10.0, 1.3 + 1.5 * len(chosen)))
+
+
+def _draw_losses(some: Sequence[Loss], t: Array, *axes: Any) -> None:
+    pairs = np.reshape(np.array(axes, dtype=object), (len(some), 2))
+    for (values, missed), loss in zip(pairs, some, strict=True):
+        models = (("full", loss.by_full), ("reduced", loss.by_reduced), ("rigid", loss.by_rigid))
+        for k, (name, column) in enumerate(models):
+            values.plot(t, column, label=name, **curve(k))
             if k:
-                missed.plot(t, curve - loss.by_full, style, color=f"C{k}", linewidth=0.9)
-        values.set_ylabel(f"{loss.joint}, {loss.unit}", fontsize="x-small")
+                missed.plot(t, column - loss.by_full, **curve(k))
+        y_label(values, loss.joint, loss.unit)
         for axis in (values, missed):
-            axis.grid(True, linewidth=0.3)
-            axis.tick_params(labelsize="x-small")
-            axis.set_xlabel("t, s" if loss is some[-1] else "")
-    first = figure.axes[:2]
-    first[0].set_title(some[0].quantity, fontsize="small")
-    first[1].set_title("missed", fontsize="small")
-    first[0].legend(fontsize="x-small")
-    return figure
+            axis.set_xlabel("time, s" if loss is some[-1] else "")
+    pairs[0, 0].set_title(some[0].quantity)
+    pairs[0, 1].set_title("missed")
+    legend(pairs[0, 1], of=pairs[0, 0])

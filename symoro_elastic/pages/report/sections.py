@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.ladder.climbed import Ladder
-from symoro_elastic.analysis.ladder.plots import rungs
 from symoro_elastic.analysis.vibration.energies import strain_shares
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import Modes, modes, refuse_rigid
@@ -143,7 +142,7 @@ def _responses(subject: Subject) -> Iterator[str]:
         raise InputError(subject.machine.label, "springs", "no joint is elastic, so nothing resonates")
     found = frequency_response(linear, frequency_grid(linear))
     for j, name in enumerate(found.inputs[:MOST_RESPONSES]):
-        drawn = picture(bode(found, j), "svg")
+        drawn = picture(bode(found, j).figure(), "svg")
         described = f"Magnitude and phase of {', '.join(found.outputs)} over {name}"
         yield image(drawn, described, f"Input: {name}", "plot")
     if len(found.inputs) > MOST_RESPONSES:
@@ -153,7 +152,7 @@ def _responses(subject: Subject) -> Iterator[str]:
 def _scene(subject: Subject) -> Iterator[str]:
     assert subject.ladder
     yield from blocks_of(subject.ladder)
-    drawn = picture(rungs(subject.ladder), "svg")
+    drawn = picture(subject.ladder.plot("rungs"), "svg")
     yield image(drawn, "Error of each rung, predicted and measured", "Errors of the rungs", "plot")
 
 

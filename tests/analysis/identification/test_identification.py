@@ -615,17 +615,17 @@ def test_lengths_in_mm_and_angles_in_degrees(arm: Machine) -> None:
 def test_pictures(arm: Machine, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     found = identify(arm, exact(arm, still=(1,)), filtered=False)
-    paths = found.plot().save(tmp_path / "pictures", "svg")
-    assert [path.name for path in paths] == ["torques.svg", "residuals.svg", "parameters.svg"]
+    paths = found.plots().save(tmp_path / "pictures", "svg")
+    assert [path.name for path in paths] == ["torques.svg", "residuals.svg", "spectra.svg", "parameters.svg"]
     text = paths[2].read_text()
     first = [path.read_bytes() for path in paths]
     with permission(force=True):
         assert (
-            "<svg" in text and [path.read_bytes() for path in found.plot().save(tmp_path / "pictures", "svg")] == first
+            "<svg" in text and [path.read_bytes() for path in found.plots().save(tmp_path / "pictures", "svg")] == first
         )
-    assert found.plot().save(tmp_path, "png")[0].read_bytes().startswith(b"\x89PNG")
+    assert found.plots().save(tmp_path, "png")[0].read_bytes().startswith(b"\x89PNG")
     with pytest.raises(InputError, match="no format 'bmp'"):
-        found.plot().save(tmp_path, "bmp")
+        found.plots().save(tmp_path, "bmp")
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="is a file, not a folder"):
-        found.plot().save(tmp_path / "file" / "below")
+        found.plots().save(tmp_path / "file" / "below")

@@ -80,7 +80,7 @@ def test_the_command_writes_and_draws_it(tmp_path: Path, monkeypatch: pytest.Mon
     assert shoulder["work"] == pytest.approx(motion["energy"]["put_in"], rel=1e-4)
     record = named_columns(columns, se.read(ARM), "move.csv")
     assert not record[1] and ("tau", "elbow") in record[0]
-    assert {path.stem for path in Path("plots").iterdir()} == {"outputs", "torques", "powers", "energy"}
+    assert {path.stem for path in Path("plots").iterdir()} == {"outputs", "torques", "powers", "torque_speed", "energy"}
     assert ended(*asked, "--json").code == 0 and run(*asked, "--json").stdout.count('"method": "exact"') == 1
     assert "--adaptive: every joint is a motor that follows exactly" in refused(*asked, "--adaptive")
     assert "--method: every joint is a motor that follows exactly" in refused(*asked, "--method", "rk4")

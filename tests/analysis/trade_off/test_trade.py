@@ -378,12 +378,12 @@ def test_the_picture(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
         figures(form, 4, 1.0, (*NATIVE, FAST_MATH)),
     ]
     known = found(two_r, *points, replace(points[0], errors=replace(points[0].errors, worst=math.inf)))
-    (path,) = known.plot().save(tmp_path, "svg")
+    (path,) = known.plots().save(tmp_path, "svg")
     first = path.read_bytes()
-    assert known.plot().save(tmp_path)[0].name == "inverse_dynamics.png", "as all commands draw"
+    assert known.plots().save(tmp_path)[0].name == "inverse_dynamics.png", "as all commands draw"
     assert path.name == "inverse_dynamics.svg" and b"<svg" in first
     with permission(force=True):
-        assert known.plot().save(tmp_path, "svg")[0].read_bytes() == first
+        assert known.plots().save(tmp_path, "svg")[0].read_bytes() == first
 
 
 def test_errors_that_are_all_zero_are_drawn(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
@@ -391,7 +391,7 @@ def test_errors_that_are_all_zero_are_drawn(two_r: Machine, form: Formulation, t
     pytest.importorskip("matplotlib")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found(two_r, figures(form, 20, 0.0)).plot().save(tmp_path)
+        found(two_r, figures(form, 20, 0.0)).plots().save(tmp_path)
 
 
 def test_static_springs_and_steps_of_a_scene_are_no_models_to_time() -> None:

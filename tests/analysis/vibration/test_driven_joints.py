@@ -12,7 +12,6 @@ import pytest
 from symoro_elastic.analysis.time_series.named_columns import read_columns
 from symoro_elastic.analysis.vibration.driven_joints import of_motors, with_motors_on_load_joints
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward, feed_forward, orders, save_feed_forward, starts
-from symoro_elastic.analysis.vibration.plots import following
 from symoro_elastic.analysis.vibration.reference_trajectory import move
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import ZERO, Formula
@@ -125,8 +124,8 @@ def test_what_is_written_and_drawn_holds_joints_and_motors(tmp_path: Path) -> No
     said = moved().as_json()
     assert said["joints"]["along_x"] == {"order": 2, "given": 6} and set(said["joints"]) == set(STROKES)
     assert set(said["motors"]["arm_1"]) == {"torque", "torque_rms", "velocity"}
-    titles = [axis.get_title() for axis in following(moved()).axes]
-    assert titles == [*STROKES, *STROKES, "arm_1", "arm_2", "arm_3"]
+    names = [[text.get_text() for text in axis.get_legend().get_texts()] for axis in moved().plot().axes]
+    assert names[-1] == ["arm_1", "arm_2", "arm_3"] and {x for each in names[:-1] for x in each} == {*STROKES}
 
 
 # Refusals

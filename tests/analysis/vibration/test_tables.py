@@ -14,7 +14,6 @@ from symoro_elastic.analysis.vibration.comparison import compare
 from symoro_elastic.analysis.vibration.feed_forward import feed_forward
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.analysis.vibration.modes import modes, sensitivity
-from symoro_elastic.analysis.vibration.plots import bode, energies, following, shapes
 from symoro_elastic.analysis.vibration.reference_trajectory import move
 from symoro_elastic.analysis.vibration.responses import frequency_response
 from symoro_elastic.analysis.vibration.tracking import over_grid
@@ -156,32 +155,32 @@ def test_pictures_of_responses_have_names_of_their_own(tmp_path: Path, recwarn: 
     ins = ["one at (0, 1*2, 0).fy", "one at (0, 1/2, 0).fy"]
     linear = linearized(twins(), None, ins, ["one.q", "other.q"], held=["table"])
     response = frequency_response(linear, np.array([1.0, 2.0]))
-    written = {path.name for path in response.plot().save(tmp_path)}
+    written = {path.name for path in response.plots().save(tmp_path)}
     assert written == {"bode_one_at_0_1_2_0_fy.png", "bode_one_at_0_1_2_0_fy_2.png"} and not recwarn.list
-    legend = bode(response, 0).axes[0].get_legend().get_texts()
-    assert [text.get_text() for text in legend] == ["one.q, m / N", "other.q: no response"]
+    legend = response.plot().axes[0].get_legend().get_texts()
+    assert [text.get_text() for text in legend] == ["one.q", "other.q: no response"]
 
 
 def test_a_bode_plot_has_a_scale_for_each_unit() -> None:
     linear = linearized(drive(), ins=["motor"], outs=["motor.q", "load.z", "load.az"])
-    figure = bode(frequency_response(linear, np.array([1.0, 2.0])), 0)
+    figure = frequency_response(linear, np.array([1.0, 2.0])).plot()
     assert [axis.get_ylabel() for axis in figure.axes] == ["magnitude, m / N", "magnitude, m/s2 / N", "phase, deg"]
     legends = [[text.get_text() for text in axis.get_legend().get_texts()] for axis in figure.axes[:2]]
-    assert legends == [["motor.q, m / N", "load.z, m / N"], ["load.az, m/s2 / N"]]
+    assert legends == [["motor.q", "load.z"], ["load.az"]]
 
 
 def test_a_heat_map_has_numbers_and_no_empty_row() -> None:
-    figure = energies(modes_of(drive(m2=6.0)))
+    figure = modes_of(drive(m2=6.0)).plot("energies")
     axis = figure.axes[0]
     assert [text.get_text() for text in axis.get_xticklabels()] == ["1: free", "2: 15.92 Hz"]
     assert [text.get_text() for text in axis.get_yticklabels()] == ["strain load", "kinetic motor", "kinetic load"]
     assert {"100%", "67%", "33%"} == {text.get_text() for text in axis.texts}
-    assert np.abs(shapes(modes_of(drive())).axes[0].images[0].get_array()).max() == 1.0
+    assert np.abs(modes_of(drive()).plot("shapes").axes[0].images[0].get_array()).max() == 1.0
 
 
 def test_a_motor_without_spring_is_never_ahead() -> None:
     stiff = machine_of("stiff", slide("motor", 0, Kind.MOTOR, 2))
-    figure = following(feed_forward(stiff, move(stiff, {}, {"": 0.1}, 0.4, 5)))
+    figure = feed_forward(stiff, move(stiff, {}, {"": 0.1}, 0.4, 5)).plot()
     assert [axis.get_ylabel() for axis in figure.axes] == ["reference, m", "torque, N"]
 
 

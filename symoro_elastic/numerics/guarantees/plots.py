@@ -1,0 +1,40 @@
+"""Plots of certificates: guaranteed errors of the entries of results."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from symoro_elastic.foundation.pictures import Plot
+from symoro_elastic.foundation.plot_style import dots, legend
+from symoro_elastic.foundation.results import figures_of
+from symoro_elastic.numerics.guarantees.certificate import Certificate
+from symoro_elastic.numerics.guarantees.certificates import Certificates
+from symoro_elastic.numerics.quantile_bound import CONFIDENCE
+
+MOST_ENTRIES = 60
+
+
+@figures_of.register
+def _(found: Certificate) -> dict[str, Plot | str]:
+    """Return errors of the entries, the first 60: proven ones, and those that are likely to hold."""
+    count = min(MOST_ENTRIES, len(found.entries))
+    title = f"{found.machine}: guaranteed error of {found.model}, {found.precision}"
+    title += f"; {count} of {len(found.entries)} entries" if count < len(found.entries) else ""
+    return {"errors": Plot(title, partial(_errors, found), size=(8.0, 1.6 + 0.22 * count))}
+
+
+@figures_of.register
+def _(found: Certificates) -> dict[str, Plot | str]:
+    """Return errors_<model>_<precision> for each certificate."""
+    plots = {f"errors_{one.model}_{one.precision}": figures_of(one)["errors"] for one in found.certificates}
+    return plots or {"errors": "there is no certificate"}
+
+
+def _errors(found: Certificate, axes: Any) -> None:
+    shown = found.entries[:MOST_ENTRIES]
+    likely = f"with {CONFIDENCE:.0%} confidence"
+    errors = {"proven": [one.error for one in shown], likely: [one.likely for one in shown]}
+    dots(axes, errors, [f"{one.name} {one.entry}".strip() for one in shown])
+    axes.set_xlabel("error, in units of the result")
+    legend(axes)
