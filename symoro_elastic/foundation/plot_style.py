@@ -26,8 +26,6 @@ LONGEST, MOST_LINES = 32, 3
 """Letters of a name, lines of a title."""
 MOST_NAMED = 10
 """Curves of one diagram with colours of their own; others are grey."""
-MOST_MARKED = 40
-"""Points of a curve that are marked one by one."""
 LEAST_NUMBER, DARK_CELL = 0.05, 0.6
 """Of the largest number of a map: one that is written, one on whose colour it is white."""
 RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
@@ -143,7 +141,7 @@ def shortened(text: str, most: int = LONGEST) -> str:
 
 def lines_of(text: str, inches: float) -> str:
     """Return a title in lines that are not wider than a figure."""
-    words = " ".join(shortened(word, LONGEST) for word in text.split())
+    words = " ".join(shortened(word, 28) for word in text.split())
     return "\n".join(wrap(words, max(16, floor(PER_INCH * inches)), max_lines=MOST_LINES, placeholder=" ..."))
 
 
@@ -189,16 +187,23 @@ def _plain_within_a_decade(axis: Any, x: float, place: int | None = None) -> str
     return plain(x) if is_narrow and leads else ""
 
 
-def curves(axes: Any, x: Any, columns: Any, names: Sequence[str], first: int = 0, **more: Any) -> None:
-    """Draw columns (N, k) over x (N,): the largest with colours, dashes and names, others grey."""
+def curves(
+    axes: Any, x: Any, columns: Any, names: Sequence[str], first: int = 0, most: int = MOST_NAMED, **more: Any
+) -> None:
+    """Draw columns (N, k) over x (N,): the `most` that matter with colours, dashes and names, others grey.
+
+    Those that matter are the largest, or have the largest `ranks` (k,).
+    """
     columns = np.asarray(columns)
-    sizes = [np.nanmax(np.abs(column[np.isfinite(column)]), initial=0.0) for column in columns.T]
-    large = {*sorted(range(len(sizes)), key=lambda k: -sizes[k])[:MOST_NAMED]}
-    others = [k for k in range(len(sizes)) if k not in large]
+    ranks = more.pop("ranks", None)
+    if ranks is None:
+        ranks = [np.abs(column[np.isfinite(column)]).max(initial=0.0) for column in columns.T]
+    shown = {*np.argsort(-np.asarray(ranks), kind="stable")[:most].tolist()}
+    others = [k for k in range(len(names)) if k not in shown]
     for k in others:
-        said = f"{len(others)} smaller ones" if k == others[0] else None
+        said = f"{len(others)} others" if k == others[0] else None
         axes.plot(x, columns[:, k], color=shades().grey, linewidth=0.5, label=said, zorder=1)
-    for j, k in enumerate(sorted(large)):
+    for j, k in enumerate(sorted(shown)):
         axes.plot(x, columns[:, k], label=names[k], **(curve(first + j) | more))
 
 

@@ -20,6 +20,7 @@ pytestmark = pytest.mark.sampled(5)
 
 PAGES = (
     "index",
+    "python",
     "guarantees",
     "drives",
     "machine_tool",
@@ -31,7 +32,7 @@ PAGES = (
     "sweeps",
     "batches",
 )
-NEEDED = {"robots": ("mujoco",), "fmu": ("fmpy",)}
+NEEDED = {"python": ("matplotlib",), "robots": ("mujoco",), "fmu": ("fmpy",)}
 ELSEWHERE = {
     "backends": "test_backends_page",
     "scenes": "test_scenes_page",

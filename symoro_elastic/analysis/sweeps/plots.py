@@ -14,7 +14,7 @@ from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import bars, by_unit, contours, curves, legend, shades, shortened, y_label
 from symoro_elastic.foundation.results import figures_of
 
-MOST_CURVES, MOST_MAPS, MOST_BARS, MOST_IN_BARS = 12, 12, 15, 6
+MOST_MAPS, MOST_BARS, MOST_IN_BARS = 12, 15, 6
 CONSTANT = 1e-9
 """Of the largest value of a map: a range that is rounding."""
 
@@ -28,7 +28,7 @@ def _(found: Sweep) -> dict[str, Plot | str]:
     names = [name for name, x in found.figures.items() if np.isfinite(x).any()]
     if not names:
         return {"influence": "no point has a result"}
-    over = "_and_".join(found.quantities)
+    over = "_and_".join(name.removeprefix("q.") for name in found.quantities)
     if found.design.is_grid and len(found.quantities) == 1:
         groups = by_unit([found.units.get(name, "") for name in names]).values()
         return {
@@ -61,7 +61,9 @@ def _draw_lines(found: Sweep, names: Sequence[str], axis: Any) -> None:
     (x,) = found.points.T
     order = np.argsort(x, kind="stable")
     columns = np.transpose([found.figures[name][order] for name in names])
-    curves(axis, x[order], columns, names, marker=".")
+    low, high = np.nanmin(columns, axis=0), np.nanmax(columns, axis=0)
+    changes = (high - low) / np.maximum(np.abs(low), np.abs(high)).clip(1e-300)
+    curves(axis, x[order], columns, names, ranks=changes, marker=".")
     if is_logarithmic(x):
         axis.set_xscale("log")
     axis.set_xlabel(_labelled(found, found.quantities[0]))

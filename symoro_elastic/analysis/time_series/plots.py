@@ -12,11 +12,14 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import MOST_NAMED, by_unit, curve, curves, legend, marker, shades, y_label
 
+MOST_IN_ROWS = 7
+"""Curves with names in diagrams above each other."""
+
 
 def over_time(t: Array, rows: Sequence[tuple[str, str, list[str], Array]], *axes: Any) -> None:
     """Draw rows (what, unit, names, columns) of curves over time, one diagram each."""
     for axis, (label, unit, names, values) in zip(axes, rows, strict=True):
-        curves(axis, t, values, names)
+        curves(axis, t, values, names, most=MOST_IN_ROWS)
         y_label(axis, label, unit)
         legend(axis)
     axes[-1].set_xlabel("time, s")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.time_series.plots import over_time, torque_speed
+from symoro_elastic.analysis.time_series.plots import MOST_IN_ROWS, over_time, torque_speed
 from symoro_elastic.analysis.vibration.comparison import Compared, Comparison, Loss
 from symoro_elastic.analysis.vibration.energies import kinetic_shares, strain_shares
 from symoro_elastic.analysis.vibration.export import labels
@@ -108,8 +108,8 @@ def _bode(response: Response, j: int, units: dict[str, list[int]], *axes: Any) -
         G = np.where(response.values[:, rows, j] == 0, np.nan, response.values[:, rows, j])
         none = [not np.isfinite(column).any() for column in G.T]
         names = [f"{response.outputs[k]}{': no response' if idle else ''}" for k, idle in zip(rows, none, strict=True)]
-        curves(axis, f, np.abs(G), names, first)
-        curves(phase, f, np.transpose([_phase(column) for column in G.T]), names, first)
+        curves(axis, f, np.abs(G), names, first, MOST_IN_ROWS)
+        curves(phase, f, np.transpose([_phase(column) for column in G.T]), names, first, MOST_IN_ROWS)
         y_label(axis, "magnitude", unit)
         logarithmic(axis, "x", "y")
         legend(axis)
@@ -255,7 +255,7 @@ def _following(command: FeedForward) -> Plot:
         for unit, columns in by_unit(units).items()
     ]
     title = f"{command.machine.name}: feed-forward"
-    return Plot(title, partial(over_time, command.t, rows), len(rows), size=(8.0, 1.0 + 1.7 * len(rows)))
+    return Plot(title, partial(over_time, command.t, rows), len(rows), size=(8.0, 1.0 + 1.8 * len(rows)))
 
 
 def _losses(some: Sequence[Loss], t: Array, machine: str) -> Plot:
