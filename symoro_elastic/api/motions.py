@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.ladder.climbed import Ladder
     from symoro_elastic.analysis.simulation.reference_motion import Reference
     from symoro_elastic.analysis.simulation.simulate import Request
-    from symoro_elastic.analysis.simulation.simulated import Simulation
+    from symoro_elastic.analysis.simulation.simulated import Simulation, Simulations
     from symoro_elastic.machine.described import DescribedMachine, Wanted
     from symoro_elastic.machine.machine import Machine
     from symoro_elastic.machine.prescribed_motion import PrescribedMotion
@@ -104,16 +104,20 @@ def plan(whole: DescribedMachine, scene: SceneLike, integration: Integrating, va
 
 
 @operation(Simulating)
-def simulate(machine: MachineLike, options: Simulating) -> list[Simulation]:
-    """Return the motions of a scene, simulated with a measured error: one for each table [motion].
+def simulate(machine: MachineLike, options: Simulating) -> Simulations:
+    """Return the motions of a scene, simulated with a measured error: a list with one for each table [motion].
+
+    The list has tables, plots and a data frame of its own, of all motions.
 
     Raises
     ------
     InputError
         For scenes without a motion, machines whose motion is not determined, or steps beyond the stability limit.
     """
+    from symoro_elastic.analysis.simulation.simulated import Simulations
+
     planned = plan(the_machine(machine), options.scene, part(Integrating, options), options.values)
-    return [planned.run(one, options.announce, options.progress) for one in planned.references]
+    return Simulations(planned.run(one, options.announce, options.progress) for one in planned.references)
 
 
 @operation(Climbing)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,9 +22,8 @@ from symoro_elastic.foundation.file_forms import COLUMNS, SCENES
 if TYPE_CHECKING:
     from symoro_elastic.analysis.ladder.budget import Budget
     from symoro_elastic.analysis.ladder.climbed import Ladder
-    from symoro_elastic.analysis.simulation.simulated import Simulation
+    from symoro_elastic.analysis.simulation.simulated import Simulation, Simulations
     from symoro_elastic.api.motions import Plan
-    from symoro_elastic.foundation.pictures import Figures
     from symoro_elastic.machine.described import DescribedMachine, Wanted
     from symoro_elastic.machine.scene import Scene
 
@@ -50,30 +48,22 @@ def simulate(machine: str, options: Simulating, out: str | None, plots: Plots, a
     motion without springs), the error is measured by halving the step. Exit code 1 where it is above a tolerance of
     [wanted].
     """
+    from symoro_elastic.analysis.simulation.simulated import Simulations
     from symoro_elastic.analysis.simulation.views import record
     from symoro_elastic.analysis.time_series.writing import write_columns
 
     with _interruptible():
         planned = _planned(machine, options)
         paths = _numbered(out, len(planned.references)) if out else []
-        simulated = []
+        simulated = Simulations()
         for reference in planned.references:
             with staged_progress("predict") as (announce, progress):
                 simulated.append(planned.run(reference, announce, progress))
     for path, one in zip(paths, simulated, strict=False):
         write_columns(record(one), path)
     _print(simulated, planned.wanted, paths, as_json)
-    plots.write(partial(_figures, simulated))
+    plots.write(simulated.plots)
     return int(bool(planned.request.tolerance) and not all(one.is_within for one in simulated))
-
-
-def _figures(found: Sequence[Simulation]) -> Figures:
-    """Return the plots of all motions, numbered where there are several."""
-    from symoro_elastic.foundation.pictures import numbered
-
-    if len(found) == 1:
-        return found[0].plots()
-    return numbered([one.plots() for one in found])
 
 
 @contextmanager
@@ -111,11 +101,10 @@ def _numbered(out: str, count: int) -> list[str]:
     return numbered
 
 
-def _print(simulated: Sequence[Simulation], wanted: Wanted | None, paths: Sequence[str], as_json: bool) -> None:
+def _print(simulated: Simulations, wanted: Wanted | None, paths: Sequence[str], as_json: bool) -> None:
     if as_json:
         written = {"written": list(paths)} if paths else {}
-        name = simulated[0].reference.machine.name
-        print_json({"name": name, "motions": [one.as_json() for one in simulated], **written})
+        print_json({**simulated.as_json(), **written})
     else:
         for one in simulated:
             print_parts([*one.parts(), *_periods(one, wanted)])

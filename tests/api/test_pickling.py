@@ -122,6 +122,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Report": lambda _: se.report(PENDULUM),
     "Response": lambda _: se.response(DRIVE, inputs=["motor.tau"], outputs=["motor.q"]),
     "Simulation": lambda _: se.simulate(DRIVE, SCENE, method="w2", step=1e-3)[0],
+    "Simulations": lambda _: se.simulate(DRIVE, SCENE, method="w2", step=1e-3),
     "Singularities": lambda _: se.singularities(PLANAR, components=["tip.x", "tip.y"]),
     "Sweep": lambda _: se.sweep(DRIVE, over={"arm.stiffness": [900.0, 1000.0]}, hold=["all"]),
     "Tracked": lambda _: modes_along(DRIVE, {"motor": [0.0, 0.1]}, Oscillating(hold=("all",))),
@@ -129,6 +130,7 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Verification": lambda _: se.check(PENDULUM, "inertia_matrix"),
 }
 """How to make one of each class that is shown, by its name."""
+LONG = ("Trade", "Ladder", "Simulation", "Simulations", "Report")
 
 
 def classes(kind: type) -> Iterator[type]:
@@ -166,7 +168,7 @@ def alike(one: Any, other: Any) -> bool:
 
 
 @pytest.mark.parametrize("name", [
-    pytest.param(name, marks=[pytest.mark.thorough] if name in ("Trade", "Ladder", "Simulation", "Report") else [])
+    pytest.param(name, marks=[pytest.mark.thorough] if name in LONG else [])
     for name in MADE
 ])  # fmt: skip
 def test_one_of_each_class_is_the_same_after_a_pickle(name: str, tmp_path: Path) -> None:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from symoro_elastic.analysis.simulation.energy_balance import FORMS
-from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.analysis.simulation.simulated import Simulation, Simulations
 from symoro_elastic.analysis.simulation.tolerances import unit_of
 from symoro_elastic.analysis.time_series.plots import torque_speed
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.pictures import Plot
+from symoro_elastic.foundation.pictures import Plot, numbered
 from symoro_elastic.foundation.plot_style import by_unit, curve, curves, legend, logarithmic, shades, y_label
 from symoro_elastic.foundation.results import figures_of
 
@@ -34,6 +34,12 @@ def _(found: Simulation) -> dict[str, Plot | str]:
         "spectrum": _plot(found, f"spectrum of the {what}", partial(_spectrum, found), 1),
         **energy,
     }
+
+
+@figures_of.register
+def _(found: Simulations) -> Mapping[str, Plot | str]:
+    """Return the plots of all motions, numbered where there are several."""
+    return found[0].plots().all if len(found) == 1 else numbered(one.plots() for one in found).all
 
 
 def _plot(found: Simulation, what: str, draw: Any, rows: int) -> Plot:

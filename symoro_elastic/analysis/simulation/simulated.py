@@ -85,3 +85,13 @@ class Simulation(Result):
         if self.is_exact:
             what = f"{self.motion.t[-1]:g} s at {run.steps + 1} times, motors follow exactly"
         return f"Simulation of {self.reference.machine.name}: {self.reference.prescribed.place}, {what}"
+
+
+class Simulations(Result, list[Simulation]):
+    """The motions of a scene, simulated: a list with tables, plots and a data frame of all."""
+
+    @property
+    def headline(self) -> str:
+        """Machine and motions."""
+        name = self[0].reference.machine.name if self else "no machine"
+        return f"Simulations of {name}: {', '.join(one.reference.prescribed.place for one in self) or 'none'}"

@@ -3,19 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from symoro_elastic.analysis.simulation.energy_balance import FORMS, EnergyBalance
 from symoro_elastic.analysis.simulation.events import Crossing
 from symoro_elastic.analysis.simulation.periods import quantity
-from symoro_elastic.analysis.simulation.simulated import Simulation
+from symoro_elastic.analysis.simulation.simulated import Simulation, Simulations
 from symoro_elastic.analysis.simulation.tolerances import unit_of
 from symoro_elastic.analysis.time_series import writing
 from symoro_elastic.analysis.time_series.named_columns import ENERGY, POWER
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_vibrations
-from symoro_elastic.foundation.results import Field, Part, Table, arrays_of, columns_of, declare, parts_of, table_of
+from symoro_elastic.foundation.results import (
+    Field,
+    Part,
+    Table,
+    arrays_of,
+    columns_of,
+    declare,
+    json_of,
+    parts_of,
+    table_of,
+)
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.models.motor_coordinates import dependent_motors
 from symoro_elastic.numerics.closed_positions import JointCoordinates
@@ -131,6 +142,35 @@ def _(found: Simulation) -> dict[str, Array]:
 def _(found: Simulation) -> dict[str, Array]:
     """Return the arrays, powers and energies, and the outputs."""
     return {**record(found), **dict(zip(found.names, found.outputs.T, strict=True))}
+
+
+@parts_of.register
+def _(found: Simulations) -> list[Part]:
+    return [part for one in found for part in one.parts()]
+
+
+@json_of.register
+def _(found: Simulations) -> dict[str, Any]:
+    """Return the name of the machine, and the motions."""
+    return {"name": found[0].reference.machine.name if found else "", "motions": [one.as_json() for one in found]}
+
+
+@arrays_of.register
+def _(found: Simulations) -> dict[str, Array]:
+    """Return the arrays of all motions, `t_1`, `t_2` and so on where there are several."""
+    if len(found) == 1:
+        return found[0].arrays()
+    return {f"{name}_{k}": x for k, one in enumerate(found, 1) for name, x in one.arrays().items()}
+
+
+@columns_of.register
+def _(found: Simulations) -> dict[str, Any]:
+    """Return the columns of all motions below each other, with the number of the `motion` where there are several."""
+    parts = [one.columns() for one in found]
+    if len(parts) == 1:
+        return parts[0]
+    numbers = np.repeat(np.arange(1, len(parts) + 1), [len(one["t"]) for one in parts])
+    return {"motion": numbers, **{name: np.concatenate([one[name] for one in parts]) for name in parts[0]}}
 
 
 def record(found: Simulation) -> dict[str, Array]:

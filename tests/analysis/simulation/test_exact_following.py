@@ -85,3 +85,18 @@ def test_the_command_writes_and_draws_it(tmp_path: Path, monkeypatch: pytest.Mon
     assert "--adaptive: every joint is a motor that follows exactly" in refused(*asked, "--adaptive")
     assert "--method: every joint is a motor that follows exactly" in refused(*asked, "--method", "rk4")
     assert "--step: 0 s is not a time" in refused(*asked, "--step", "0")
+
+
+def test_motions_are_a_list_with_tables_a_frame_and_plots() -> None:
+    shorter = {**MOTION, "duration": 0.9}
+    scene = {"motion": [MOTION, shorter], "wanted": {"outputs": ["tip.x"]}}
+    found = se.simulate(ARM, scene)
+    assert isinstance(found, list) and found[1].motion.t[-1] == 0.9
+    assert repr(found).startswith("<Simulations of planar_2r")
+    columns = found.columns()
+    assert [int(np.sum(columns["motion"] == k)) for k in (1, 2)] == [len(one.motion.t) for one in found]
+    np.testing.assert_array_equal(columns["tip.x"][columns["motion"] == 2], found[1].outputs[:, 0])
+    assert len(found.parts()) == sum(len(one.parts()) for one in found) and len(found.as_json()["motions"]) == 2
+    assert {"outputs_1", "energy_2"} <= {*found.plots()} and "t_2" in found.arrays()
+    one = se.simulate(ARM, {"motion": MOTION})
+    assert "motion" not in one.columns() and [*one.plots()] == [*one[0].plots()]
