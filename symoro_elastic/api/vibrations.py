@@ -187,6 +187,7 @@ def response(machine: MachineLike, options: Responding) -> Response:
     import numpy as np
 
     from symoro_elastic.analysis.vibration import responses
+    from symoro_elastic.analysis.vibration.point_stiffness import point_stiffnesses
     from symoro_elastic.analysis.vibration.zeros import poles_and_zeros
 
     linear = _linear(machine, options, options.inputs, options.outputs)
@@ -197,7 +198,8 @@ def response(machine: MachineLike, options: Responding) -> Response:
         raise InputError("symoro-elastic", "--band", "frequencies are already given: remove --frequency or --band")
     points = points if len(points) else responses.frequency_grid(linear, *(options.band or ()))
     pairs = tuple(poles_and_zeros(linear, i, o) for i in linear.inputs for o in linear.outputs)
-    return replace(responses.frequency_response(linear, points), transfers=pairs)
+    found = responses.frequency_response(linear, points)
+    return replace(found, transfers=pairs, stiffnesses=point_stiffnesses(linear, found))
 
 
 @operation(Comparing)

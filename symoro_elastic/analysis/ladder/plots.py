@@ -18,12 +18,14 @@ MOST_TICKS = 40
 
 @figures_of.register
 def _(found: Ladder) -> dict[str, Plot | str]:
-    """Return rungs, and budget where a tolerance was spent on one path."""
+    """Return rungs, operations, and budget where a tolerance was spent on one path."""
     title = f"{found.machine.name}: error with springs left out"
     count = min(MOST_TICKS, len(found.rungs))
     drawn: dict[str, Plot | str] = {
         "rungs": Plot(title, partial(_rungs, found), size=(max(8.0, 3.0 + 0.25 * count), 5.0))
     }
+    costs = f"{found.machine.name}: error of each rung over operations of the motion"
+    drawn["operations"] = Plot(costs, partial(_operations, found), size=(8.0, 5.0))
     return drawn | (_of_budget(found.budget) if found.budget else {})
 
 
@@ -56,6 +58,26 @@ def _budget(found: Budget, axes: Any) -> None:
     axes.set_ylim(0, 1.05 * max(operations))
     axes.set_xlabel(f"error of {shortened(worst)}, {unit}")
     axes.set_ylabel("operations of the motion")
+    legend(axes)
+
+
+def _operations(found: Ladder, axes: Any) -> None:
+    """Draw predicted errors, of model and steps, of the rungs with sufficient steps over operations."""
+    worst = found.worst_output
+    stepped = [(k, rung, rung.chosen) for k, rung in enumerate(found.rungs) if rung.chosen]
+    for j, locked in enumerate((False, True)):
+        points = [(s.cost, r.predicted[worst] + s.predicted[worst]) for _, r, s in stepped if r.locked is locked]
+        if points:
+            look = {"linestyle": "", "marker": marker(j), "color": curve(j)["color"]}
+            axes.plot(*zip(*points, strict=True), label="springs held" if locked else "springs static", **look)
+    for k, rung, steps in stepped:
+        if k == found.chosen:
+            place = (steps.cost, rung.predicted[worst] + steps.predicted[worst])
+            axes.plot(*place, "o", markersize=12, fillstyle="none", color=shades().ink, label="chosen")
+    axes.axhline(found.tolerance[worst], linestyle="--", color=shades().ink, linewidth=0.9, label="tolerance")
+    logarithmic(axes, "x", "y")
+    axes.set_xlabel("operations of the motion")
+    y_label(axes, f"error of {shortened(worst)}", unit_of(found.machine, worst))
     legend(axes)
 
 

@@ -25,8 +25,10 @@ def pictures(trade: Trade, with_fast_math: bool = False) -> dict[str, Plot | str
     """Return errors over time, errors over operations for each model, and what is guaranteed."""
     found: dict[str, Plot | str] = {}
     for model, measured in trade.measurements.items():
-        title = f"{trade.machine.name}: worst error and time of {model}"
-        found[model] = Plot(title, partial(_picture, measured, with_fast_math), size=(8.5, 5.0))
+        for what in ("time", "operations"):
+            title = f"{trade.machine.name}: worst error over {what} of {model}"
+            draw = partial(_picture, measured, with_fast_math, what)
+            found[f"{model}_error_over_{what}"] = Plot(title, draw, size=(8.5, 5.0))
     return found | {f"{each.model}_guaranteed": _of_curve(each) for each in trade.curves}
 
 
@@ -61,19 +63,24 @@ def _guaranteed(found: GuaranteedCurve, axis: Any) -> None:
     legend(axis)
 
 
-def _picture(measured: Sequence[Measurement], with_fast_math: bool, axis: Any) -> None:
-    """Draw worst errors over time: colours by precision, full for batches, hollow for single calls, numpy small."""
-    on_front = front(measured, with_fast_math)
-    line = {"where": "post", "color": shades().grey, "zorder": 1, "label": "best"}
-    axis.step([f.ns for f in on_front], [_drawn(f) for f in on_front], **line)
+def _picture(measured: Sequence[Measurement], with_fast_math: bool, what: str, axis: Any) -> None:
+    """Draw worst errors over what they cost: colours by precision, full for batches, hollow for single calls."""
+    if what == "time":
+        on_front = front(measured, with_fast_math)
+        line = {"where": "post", "color": shades().grey, "zorder": 1, "label": "best"}
+        axis.step([f.ns for f in on_front], [_drawn(f) for f in on_front], **line)
     for k, precision in enumerate(PRECISIONS):
         some = [f for f in measured if f.configuration.precision.name == precision and math.isfinite(f.error)]
         for j, one in enumerate(some):
-            axis.scatter(one.ns, _drawn(one), label=precision if j == 0 else None, zorder=2, **_look(one, k))
+            axis.scatter(_cost(one, what), _drawn(one), label=precision if j == 0 else None, zorder=2, **_look(one, k))
     logarithmic(axis, "x", "y")
-    axis.set_xlabel("time of a state, ns")
+    axis.set_xlabel("time of a state, ns" if what == "time" else "operations of a call")
     axis.set_ylabel("worst error, relative to the largest entry")
     legend(axis, "full: batch\nhollow: single call\nsmall: numpy\ncross: -ffast-math")
+
+
+def _cost(one: Measurement, what: str) -> float:
+    return one.ns if what == "time" else one.count.products + one.count.add
 
 
 def _drawn(one: Measurement) -> float:

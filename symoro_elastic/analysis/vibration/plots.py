@@ -15,11 +15,13 @@ from symoro_elastic.analysis.vibration.export import labels
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward
 from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.modes import Modes
+from symoro_elastic.analysis.vibration.point_stiffness import PointStiffness
 from symoro_elastic.analysis.vibration.responses import Response
 from symoro_elastic.analysis.vibration.tracking import Tracked
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import (
+    bars,
     by_unit,
     contours,
     curve,
@@ -41,8 +43,14 @@ LEAST_SHOWN = 0.005
 
 @figures_of.register
 def _(response: Response) -> dict[str, Plot | str]:
-    """Return bode_<input> for each input."""
-    return {f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))}
+    """Return bode_<input> for each input, stiffness_<output> for each frame along a force on it."""
+    drawn: dict[str, Plot | str] = {
+        f"bode_{label}": bode(response, j) for j, label in enumerate(labels(response.inputs))
+    }
+    names = labels([one.output for one in response.stiffnesses])
+    return drawn | {
+        f"stiffness_{x}": stiffness(response, one) for x, one in zip(names, response.stiffnesses, strict=True)
+    }
 
 
 @figures_of.register
@@ -117,6 +125,35 @@ def _bode(response: Response, j: int, units: dict[str, list[int]], *axes: Any) -
     y_label(phase, "phase", "deg")
     logarithmic(phase, "x")
     phase.set_xlabel("frequency, Hz")
+
+
+def stiffness(response: Response, one: PointStiffness) -> Plot:
+    """Return the response of a point to a force on it, its static value and peak, and the springs that limit both."""
+    title = f"{response.machine}: {one.sentence}".removeprefix(": ")
+    rows = len({**one.held_by, **one.shaken_by}) or 1
+    size = (8.0, 3.9 + 0.24 * min(rows, MOST_ROWS))
+    draw = partial(_stiffness, response, one)
+    return Plot(title, draw, 2, size=size, ratios=(3.0, 0.6 + 0.24 * min(rows, MOST_ROWS)), share_x=False)
+
+
+def _stiffness(response: Response, one: PointStiffness, magnitude: Any, springs: Any) -> None:
+    G = np.abs(response.values[:, response.outputs.index(one.output), response.inputs.index(one.source)])
+    curves(magnitude, response.frequencies, G[:, None], [f"{one.output} / {one.source}"])
+    if np.isfinite(one.static):
+        magnitude.axhline(one.static, color=shades().ink, linewidth=0.9, linestyle="--", label="at rest")
+    if np.isfinite(one.peak) and one.frequency > 0:
+        magnitude.plot(one.frequency, one.peak, "v", color=curve(1)["color"], markersize=7, label="largest")
+    if np.isinf(one.peak):
+        magnitude.axvline(one.frequency, color=curve(1)["color"], linestyle=":", label="undamped resonance")
+    logarithmic(magnitude, "x", "y")
+    magnitude.set_xlabel("frequency, Hz")
+    y_label(magnitude, "compliance", one.unit)
+    legend(magnitude)
+    both = {"at rest": one.held_by, f"at {one.frequency:.4g} Hz": one.shaken_by}
+    rows = [*dict.fromkeys(name for shares in both.values() for name in shares)][:MOST_ROWS]
+    bars(springs, {name: [100 * shares.get(x, 0.0) for x in rows] for name, shares in both.items() if shares}, rows)
+    springs.set_xlabel("strain energy, %")
+    legend(springs)
 
 
 def _phase(G: Any) -> Array:

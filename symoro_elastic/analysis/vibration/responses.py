@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.sizes import refuse_numbers
 from symoro_elastic.numerics.motion.signals import input_unit, output_unit
+
+if TYPE_CHECKING:
+    from symoro_elastic.analysis.vibration.point_stiffness import PointStiffness
 
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
@@ -32,7 +36,8 @@ class Response(Result):
     """G (frequencies, outputs, inputs), complex, SI units, over frequencies in Hz; NaN where it is infinite.
 
     `notes` are lines about frequencies that were skipped; units are those of inputs and outputs, by name.
-    `transfers` are poles and zeros from every input to every output, where they were asked for.
+    `transfers` are poles and zeros from every input to every output, `stiffnesses` those of frames along forces on
+    them, where they were asked for.
     """
 
     frequencies: Array
@@ -43,6 +48,7 @@ class Response(Result):
     units: Mapping[str, str] = field(default_factory=dict)
     transfers: tuple[PolesAndZeros, ...] = ()
     machine: str = ""
+    stiffnesses: tuple[PointStiffness, ...] = ()
 
     def unit(self, output: str, source: str) -> str:
         """Return the unit of a response, such as m/N; SI where it is not known."""

@@ -23,6 +23,7 @@ from symoro_elastic.analysis.vibration.feed_forward import FeedForward, notes
 from symoro_elastic.analysis.vibration.left_out import LeftOut
 from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.modes import Modes, Sensitivity, damped_poles
+from symoro_elastic.analysis.vibration.point_stiffness import PointStiffness
 from symoro_elastic.analysis.vibration.responses import Response
 from symoro_elastic.analysis.vibration.tracking import Tracked
 from symoro_elastic.analysis.vibration.zeros import PolesAndZeros
@@ -306,8 +307,12 @@ declare(
     Field("antiresonances", "", "antiresonances", "Hz", text=lambda x: _listed(x, x.antiresonances, "-")),
 )
 declare(
+    PointStiffness, *map(Field, ("output", "source", "unit", "static", "held_by", "peak", "frequency", "shaken_by"))
+)
+declare(
     Response,
     Field("transfers"),
+    Field("stiffnesses"),
     Field("points", lambda response: len(response.frequencies)),
     Field("low", lambda response: response.frequencies[0]),
     Field("high", lambda response: response.frequencies[-1]),
@@ -324,7 +329,8 @@ def _(response: Response) -> Sequence[Part]:
     """Return the table of poles and zeros, the band, and notes."""
     low, high = response.frequencies[0], response.frequencies[-1]
     band = f"{len(response.frequencies)} frequencies, {low:.4g} to {high:.4g} Hz"
-    return [table_of(PolesAndZeros, response.transfers, response.machine), band, *response.all_notes]
+    table = table_of(PolesAndZeros, response.transfers, response.machine)
+    return [table, band, *(one.sentence for one in response.stiffnesses), *response.all_notes]
 
 
 @parts_of.register

@@ -198,7 +198,7 @@ def test_the_scene_of_the_page_takes_a_tenth_fewer_operations_than_by_springs_al
     assert spent is not None and spent.is_within and spent.saved >= 0.1
     assert measured_line(spent).endswith("within the tolerance") and climbed.as_json()["budget"]["within"]
     assert relative(spent.measured.errors_mixed, spent.tolerance) <= 1
-    assert {*climbed.plots()} == {"rungs", "budget"} and {*spent.plots()} == {"budget"}
+    assert {*climbed.plots()} == {"rungs", "operations", "budget"} and {*spent.plots()} == {"budget"}
 
 
 def test_tolerances_of_results_are_refused_beside_a_budget(tmp_path: Path) -> None:

@@ -378,10 +378,10 @@ def test_the_picture(two_r: Machine, form: Formulation, tmp_path: Path) -> None:
         figures(form, 4, 1.0, (*NATIVE, FAST_MATH)),
     ]
     known = found(two_r, *points, replace(points[0], errors=replace(points[0].errors, worst=math.inf)))
-    (path,) = known.plots().save(tmp_path, "svg")
+    path, _ = known.plots().save(tmp_path, "svg")
     first = path.read_bytes()
-    assert known.plots().save(tmp_path)[0].name == "inverse_dynamics.png", "as all commands draw"
-    assert path.name == "inverse_dynamics.svg" and b"<svg" in first
+    assert known.plots().save(tmp_path)[0].name == "inverse_dynamics_error_over_time.png", "as all commands draw"
+    assert path.name == "inverse_dynamics_error_over_time.svg" and b"<svg" in first
     with permission(force=True):
         assert known.plots().save(tmp_path, "svg")[0].read_bytes() == first
 
