@@ -8,6 +8,7 @@ from there.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, singledispatch
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from symoro_elastic.foundation.array_types import AnyArray
 
 TABLE = '<table style="border-collapse:collapse;margin:0.5em 0">'
+NUMBER = re.compile(r"[-+]?\d+((?:\.\d+)?(?:e[-+]?\d+)?)(?: ?%)?")
+"""A number; the group is what follows its whole part."""
 CELL = "padding:0.15em 1em 0.15em 0;text-align:{}"
 
 
@@ -252,21 +255,44 @@ def inline_page(page: str) -> str:
 
 
 def as_html(part: Part) -> str:
-    """Return a sentence or a table as HTML; columns of numbers are aligned on the right."""
+    """Return a sentence or a table as HTML; numbers of a column stand with their points below each other."""
     if isinstance(part, str):
         return f"<pre>{escape(part)}</pre>" if "\n" in part else f"<p>{escape(part)}</p>"
     title = f"<caption>{escape(part.title)}</caption>" if part.title else ""
     sides = ["right" if all(map(_is_number, cells)) else "left" for _, cells in part.columns]
-    heads = _row("th", part.heads, sides)
-    rows = "".join(_row("td", row, sides) for row in part.rows)
+    columns = [_aligned(cells) if side == "right" else [*map(escape, cells)] for side, (_, cells) in
+               zip(sides, part.columns, strict=True)]  # fmt: skip
+    heads = _row("th", part.heads, map(_with_unit, part.heads), sides)
+    rows = "".join(_row("td", part.heads, row, sides) for row in zip(*columns, strict=True))
     return f"{TABLE}{title}<thead>{heads}</thead><tbody>{rows}</tbody></table>"
 
 
-def _row(tag: str, cells: Iterable[str], sides: Sequence[str]) -> str:
+def _row(tag: str, heads: Sequence[str], cells: Iterable[str], sides: Sequence[str]) -> str:
+    """A row of cells; on narrow pages a cell of the body names its head."""
     entries = (
-        f'<{tag} style="{CELL.format(side)}">{escape(cell)}</{tag}>' for cell, side in zip(cells, sides, strict=True)
+        f'<{tag} style="{CELL.format(side)}"{named}>{cell}</{tag}>'
+        for head, cell, side in zip(heads, cells, sides, strict=True)
+        for named in ([f' data-head="{escape(head)}"'] if tag == "td" else [""])
     )
     return f"<tr>{''.join(entries)}</tr>"
+
+
+def _with_unit(head: str) -> str:
+    """A head as HTML, whose unit stays on one line."""
+    what, comma, unit = head.partition(", ")
+    return escape(what + comma + unit.replace(" ", "\u00a0"))
+
+
+def _aligned(cells: Sequence[str]) -> list[str]:
+    """Return numbers, each with what the longest fraction has more, hidden: so that points are below each other."""
+    found = [NUMBER.fullmatch(cell) for cell in cells]
+    if not all(one or cell in ("-", "") for one, cell in zip(found, cells, strict=True)):
+        return [*map(escape, cells)]
+    tails = [one[1] if one else None for one in found]
+    longest = max((tail for tail in tails if tail), key=len, default="")
+    rests = ["" if tail is None else longest[len(tail) :] for tail in tails]
+    hidden = '<span style="visibility:hidden" aria-hidden="true">{}</span>'
+    return [escape(cell) + (hidden.format(rest) if rest else "") for cell, rest in zip(cells, rests, strict=True)]
 
 
 def _is_number(cell: str) -> bool:

@@ -117,12 +117,17 @@ def prepare_machine(
     """The machine as `prepare` returns it, from one that is not yet checked."""
     taken = reserved_words()
     announce("check")
-    for line in _first([*check(machine, taken, MODELS), *implausible_motions(machine)]):
+    for line in _first(warnings_of(machine)):
         warn(line)
     if base:
         announce("group")
         machine = _grouped(machine, warn)
     return with_free_numbers(machine, free, taken) if free else machine
+
+
+def warnings_of(machine: DescribedMachine) -> list[str]:
+    """Lines about what is allowed but rarely intended; raises `InputError` for what is not allowed."""
+    return [*check(machine, reserved_words(), MODELS), *implausible_motions(machine)]
 
 
 def refuse_name(name: str, place: str) -> None:

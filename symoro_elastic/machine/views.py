@@ -24,15 +24,17 @@ def _(machine: Machine) -> list[Part]:
     return [machine.headline, *tables, *parameter_lines(machine)]
 
 
-def machine_table(machine: Machine, title: str = "") -> Table:
-    """Return the table of geometric parameters."""
-    geometry = [column.key for column in declared_columns(Joint, "joints")]
+def machine_table(machine: Machine, title: str = "", with_units: bool = False) -> Table:
+    """Return the table of geometric parameters, with units in heads and laws of joints if they are asked for."""
+    geometry = {column.key: column.dimension.units[0] for column in declared_columns(Joint, "joints")}
     shown = [name for name in geometry if name not in ("gamma", "b") or _any(machine, name)]
-    table = Table(("j", "name", "a(j)", "kind", "sigma", *shown, "body", "joint"), title=title, keys=2)
+    heads = [f"{name}, {geometry[name]}" if with_units else name for name in shown]
+    body = "body, kg" if with_units else "body"
+    table = Table(("j", "name", "a(j)", "kind", "sigma", *heads, body, "joint"), title=title, keys=2)
     for j, joint in enumerate(machine.joints, start=1):
         geometric = [_cell(joint, name) for name in shown]
         kind = (str(joint.antecedent), joint.kind.value, str(joint.sigma))
-        table.add_row(str(j), joint.name, *kind, *geometric, _body(joint), _law(joint))
+        table.add_row(str(j), joint.name, *kind, *geometric, _body(joint), _law(joint, with_units))
     return table
 
 
@@ -40,7 +42,9 @@ def bodies_table(machine: Machine, title: str = "") -> Table:
     """Return masses, kg, first moments, kg m, and inertias, kg m2, about the origin of each body's frame."""
     rows = [(joint.name, [formula for _, formula in cells(joint.body)]) for joint in machine.joints]
     massive = [(name, *map(_written, x)) for name, x in rows if not all(formula.is_zero for formula in x)]
-    return Table(("body", *BODY_COLUMNS), massive, title)
+    units = {1: "kg", 2: "kg m", 3: "kg m2"}
+    heads = [f"{name}, {units[1 if name == 'M' else 2 if name[0] == 'M' else 3]}" for name in BODY_COLUMNS]
+    return Table(("body", *heads), massive, title)
 
 
 def limits_table(machine: Machine, title: str = "") -> Table:
@@ -108,6 +112,9 @@ def _body(joint: Joint) -> str:
     return "massless" if massless else f"M = {joint.body.mass}"
 
 
-def _law(joint: Joint) -> str:
-    shown = ((cell.column.symbol, formula) for cell, formula in cells(joint) if cell.column.symbol)
-    return ", ".join(f"{symbol} = {_written(formula)}" for symbol, formula in shown if not formula.is_zero)
+def _law(joint: Joint, with_units: bool = False) -> str:
+    """The laws of a joint, such as k = 2e7, c = 0.1."""
+    shown = ((cell.column, formula) for cell, formula in cells(joint) if cell.column.symbol and not formula.is_zero)
+    laws = ((column, f"{column.symbol} = {_written(formula)}") for column, formula in shown)
+    unit = int(joint.sigma == 1)
+    return ", ".join(f"{law} {column.dimension.units[unit]}".rstrip() if with_units else law for column, law in laws)

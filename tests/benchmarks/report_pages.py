@@ -15,6 +15,13 @@ from typing import Any
 from tests.benchmarks.pages import FLAGS, MACHINES, NAMELESS, SIZES, Opened
 from tests.command_line import ended
 
+SCHEMES: tuple[Any, ...] = ("light", "dark")
+WINDOWS = [(size, *extent, scheme) for size, extent in {**SIZES, "small": (1000, 800)}.items() for scheme in SCHEMES]
+A4 = (688, 973)
+"""Pixels within the margins of a sheet."""
+MOVES = """() => [...document.querySelectorAll(".wide")].filter((x) => x.scrollWidth > x.clientWidth + 1)
+  .map((x) => x.getAttribute("aria-label"))"""
+"""Tables that are moved sideways."""
 BARE = '() => [...document.querySelectorAll("img")].filter((x) => !x.alt || !x.naturalWidth).length'
 WIDER = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
 
@@ -36,6 +43,8 @@ def check_report(opened: Opened) -> None:
     opened.expect(wide <= 0, f"{wide} px wider than the window")
     nameless, bare = page.evaluate(NAMELESS), page.evaluate(BARE)
     opened.expect(not nameless and not bare, f"without a name: {nameless}, {bare} pictures")
+    moved = page.evaluate(MOVES)
+    opened.expect(not moved, f"moved sideways: {moved}")
     page.evaluate('document.querySelectorAll("details").forEach((one) => { one.open = true; })')
     wide = page.evaluate(WIDER)
     opened.expect(wide <= 0, f"{wide} px wider than the window, all parts opened")
@@ -45,6 +54,17 @@ def check_report(opened: Opened) -> None:
     opened.expect(page.locator(".definition").is_visible(), "no definition where a symbol is pointed at")
     symbol.click()
     opened.expect(page.locator(".found").count() == 1, "a click on a symbol leads nowhere")
+
+
+def check_paper(opened: Opened, width: int, height: int) -> None:
+    """Nothing that is printed is wider than a sheet of A4; the window is as before."""
+    page = opened.page
+    page.set_viewport_size({"width": A4[0], "height": A4[1]})
+    page.emulate_media(media="print")
+    wide, moved = page.evaluate(WIDER), page.evaluate(MOVES)
+    opened.expect(wide <= 0 and not moved, f"wider than A4: {wide} px, {moved}")
+    page.emulate_media(media="screen")
+    page.set_viewport_size({"width": width, "height": height})
 
 
 def main(folder: Path, names: list[str]) -> int:
@@ -64,12 +84,13 @@ def main(folder: Path, names: list[str]) -> int:
                 print(f"{name}: {made.err}")
                 return 1
             file = Path(made.out.splitlines()[-1].removeprefix("wrote ")).resolve()
-            for size, (width, height) in SIZES.items():
-                context = browser.new_context(viewport={"width": width, "height": height})
+            for size, width, height, scheme in WINDOWS:
+                context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
                 opened = opened_report(name, context.new_page(), file)
-                opened.page.screenshot(path=folder / f"{name}.{size}.png", full_page=True)
+                opened.page.screenshot(path=folder / f"{name}.{size}.{scheme}.png", full_page=True)
+                check_paper(opened, width, height)
                 check_report(opened)
-                print(f"{name:14} {size:6} {file.stat().st_size / 1000:.0f} kB", *opened.wrong, sep="; ")
+                print(f"{name:14} {size:6} {scheme:6} {file.stat().st_size / 1000:.0f} kB", *opened.wrong, sep="; ")
                 failed += len(opened.wrong)
                 context.close()
         browser.close()

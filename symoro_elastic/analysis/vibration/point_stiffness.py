@@ -26,8 +26,9 @@ LEAST_SHARE = 0.005
 class PointStiffness:
     """A point under a force along one direction: `static` compliance, `peak` of its response at `frequency`, Hz.
 
-    SI units of `output` over `source`; NaN where motors are free, so that nothing holds the point; infinite at an
-    undamped resonance. `held_by` and `shaken_by` are shares of strain energy by spring, the largest first.
+    SI units of `output` over `source`; NaN where motors are free, so that nothing holds the point. The peak is infinite
+    where nothing damps it: `frequency` is that of the mode that moves the point most. `held_by` and `shaken_by` are
+    shares of strain energy by spring, the largest first.
     """
 
     output: str
@@ -85,31 +86,33 @@ def _of_pair(linear: Linearization, found: Response, i: int, j: int) -> PointSti
     at_rest = frequency_response(linear, np.zeros(1)).values[0, i, j]
     figures = response_figures(linear)
     peak, f = (figures[f"{output} / {source}: {name}"] for name in ("peak", "peak_frequency"))
+    f, shaken = _undamped(linear, i, j, f) if np.isinf(peak) else (f, _shaken(linear, i, j, f))
     held = _shares(linear, np.linalg.solve(linear.K, linear.F[:, j])) if np.isfinite(at_rest) else {}
-    return PointStiffness(
-        output, source, found.unit(output, source), float(abs(at_rest)), held, peak, f, _shaken(linear, i, j, f)
-    )
+    return PointStiffness(output, source, found.unit(output, source), float(abs(at_rest)), held, peak, f, shaken)
 
 
 def _shaken(linear: Linearization, i: int, j: int, hertz: float) -> dict[str, float]:
-    """Return the shares where the point is farthest away, at a frequency; at a resonance those of the mode."""
+    """Return the shares where the point is farthest away, at a frequency."""
     if not hertz > 0:
         return {}
     s = 2j * np.pi * hertz
-    try:
-        u = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F[:, j].astype(complex))
-    except np.linalg.LinAlgError:
-        return _of_mode(linear, hertz)
+    u = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F[:, j].astype(complex))
     y = linear.Cq[i] @ u
     return _shares(linear, (u * np.conj(y) / abs(y)).real) if abs(y) else {}
 
 
-def _of_mode(linear: Linearization, hertz: float) -> dict[str, float]:
+def _undamped(linear: Linearization, i: int, j: int, hertz: float) -> tuple[float, dict[str, float]]:
+    """Return the frequency of the mode with the largest compliance C phi phi^T F / omega^2, and its shares.
+
+    With one damping ratio in all modes its peak is the highest; a mode in which the point stands still has none.
+    """
     try:
         modal = modes(linear)
     except InputError:
-        return {}
-    return _shares(linear, modal.shapes[:, np.abs(modal.frequencies - hertz).argmin()])
+        return hertz, {}
+    moved = np.abs((linear.Cq[i] @ modal.shapes) * (linear.F[:, j] @ modal.shapes))
+    k = int(np.divide(moved, modal.eigenvalues, out=np.zeros_like(moved), where=modal.eigenvalues > 0).argmax())
+    return float(modal.frequencies[k]), _shares(linear, modal.shapes[:, k])
 
 
 def _shares(linear: Linearization, u: AnyArray) -> dict[str, float]:

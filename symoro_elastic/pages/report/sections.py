@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from html import escape
 from typing import Any
@@ -17,23 +17,28 @@ from symoro_elastic.analysis.vibration.energies import strain_shares
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import Modes, modes, refuse_rigid
 from symoro_elastic.analysis.vibration.plots import bode
-from symoro_elastic.analysis.vibration.responses import frequency_grid, frequency_response
+from symoro_elastic.analysis.vibration.point_stiffness import point_stiffnesses
+from symoro_elastic.analysis.vibration.responses import Response, frequency_grid, frequency_response
+from symoro_elastic.analysis.vibration.views import modes_conclusion
+from symoro_elastic.codegen.package_context import operations
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.pictures import picture
+from symoro_elastic.foundation.pictures import Plot, picture
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.foundation.results import Part, Result, Table, as_html
-from symoro_elastic.generation.pipeline import programs, verify
+from symoro_elastic.generation.pipeline import programs, verify, warnings_of
 from symoro_elastic.generation.views import models_table
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.views import bodies_table, limits_table, machine_table, parameter_lines
+from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.numerics.grouping import base_parameters
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.verification.verify import Verification
 from symoro_elastic.pages.closed_chains import closed_chain, closed_chain_lines
 from symoro_elastic.pages.drawing.figure import figure_of
 from symoro_elastic.pages.drawing.placements import placements_of
@@ -51,7 +56,7 @@ MOST_LINES = 24
 RECURSIONS = ("inverse_dynamics", "direct_dynamics")
 
 COUNTED = ("inverse_dynamics", "direct_dynamics", "inertia_matrix", "bias_forces", "geometric_model")
-MOST_RESPONSES, MOST_OPENED = 4, 20
+MOST_RESPONSES, MOST_OPENED, MOST_WARNINGS = 4, 20, 5
 MOST_JOINTS = 60
 """Rows of a machine that a page has accuracy and equations of: those of 100 take minutes and 90 MB."""
 
@@ -84,12 +89,37 @@ class Subject:
             kept = self.linear
         return modes(kept)
 
+    @cached_property
+    def tool(self) -> Response:
+        """The response of the tool along forces on it, motors held; raises `InputError` where nothing yields."""
+        machine = with_values(self.machine, self.values) if self.values else self.machine
+        frame, linear = _tool(machine), self.linear
+        ins, outs = ([f"{frame}.{prefix}{axis}" for axis in "xyz"] for prefix in ("f", ""))
+        held = [linear.motion.names[k] for k in linear.motion.motors]
+        pushed = with_motors(linearize(linear.motion, linear.state, ins, outs), held)
+        found = frequency_response(pushed, frequency_grid(pushed))
+        return replace(found, stiffnesses=point_stiffnesses(pushed, found))
+
+    @cached_property
+    def traced(self) -> Sequence[TracedModel]:
+        """The models whose operations are counted."""
+        return programs(self.machine, Scene(models=COUNTED)).models
+
+    @cached_property
+    def verified(self) -> Verification:
+        """Direct and inverse dynamics compared with 50 digits; raises `InputError` for large machines."""
+        refuse_large(self.machine, "symoro-elastic check compares the code of larger machines")
+        scene = Scene(models=("direct_dynamics", "inverse_dynamics"))
+        return verify(self.machine, scene, announce=self.announce, progress=self.progress)
+
 
 def sections(subject: Subject) -> Iterator[Section]:
     """Return the sections in their order; what cannot be computed says why."""
     made = (
+        ("summary", "Summary", _summary),
         ("machine", "Machine", _machine),
         ("modes", "Modes", _modes),
+        ("stiffness", "Stiffness at the tool", _stiffness),
         ("responses", "Frequency responses", _responses),
         ("scene", "What the scene requires", _scene),
         ("counts", "Operations", _counts),
@@ -102,11 +132,86 @@ def sections(subject: Subject) -> Iterator[Section]:
             yield section(anchor, title, partial(make, subject))
 
 
+def _summary(subject: Subject) -> Iterator[str]:
+    """What most readers look for, a line each; what cannot be computed says why."""
+    made = (
+        ("First vibration", _first_vibration),
+        ("Stiffness at rest", _static_stiffness),
+        ("Cost of a call", _cost),
+        ("Accuracy", _worst_error),
+        ("Warnings", _warnings),
+    )
+    rows = "".join(f"<dt>{title}</dt><dd>{escape(_or_why(make, subject))}</dd>" for title, make in made)
+    yield f'<dl class="summary">{rows}</dl>'
+
+
+def _or_why(make: Callable[[Subject], str], subject: Subject) -> str:
+    try:
+        return make(subject)
+    except InputError as error:
+        return f"not computed: {error.what}"
+
+
+def _first_vibration(subject: Subject) -> str:
+    _refuse_stiff(subject, "so nothing vibrates")
+    return modes_conclusion(subject.modal)
+
+
+def _static_stiffness(subject: Subject) -> str:
+    _refuse_stiff(subject, "so nothing yields")
+    found = subject.tool.stiffnesses
+    held = [one for one in found if np.isfinite(one.static)]
+    if not held:
+        return f"{_tool(subject.machine)} yields in no direction, or is held in none"
+    softest = max(held, key=lambda one: one.static)
+    return softest.sentence.partition(";")[0]
+
+
+def _cost(subject: Subject) -> str:
+    counts = {one.model.name: operations(one.program.count) for one in subject.traced[:2]}
+    return "; ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
+
+
+def _worst_error(subject: Subject) -> str:
+    found = subject.verified
+    worst = max((max(one.numpy.moderate, one.c.moderate if one.c else 0.0) for one in found.models), default=0.0)
+    verdict = "every error is within its bound" if found.ok else "an error is out of its bound"
+    return f"worst relative error of generated code at moderate states {worst:.1e}; {verdict}"
+
+
+def _warnings(subject: Subject) -> str:
+    found = warnings_of(subject.machine)
+    return "; ".join(found[:MOST_WARNINGS]) + ("; ..." if len(found) > MOST_WARNINGS else "") or "none"
+
+
+def _tool(machine: Machine) -> str:
+    """The frame called tool, else the last one without a variable, else the last one."""
+    names = [joint.name for joint in machine.joints]
+    fixed = [joint.name for joint in machine.joints if joint.variable is None]
+    return "tool" if "tool" in names else (fixed or names)[-1]
+
+
+def _refuse_stiff(subject: Subject, so: str) -> None:
+    if not subject.linear.motion.springs:
+        raise InputError(subject.machine.label, "springs", f"no joint is elastic, {so}")
+
+
+def _stiffness(subject: Subject) -> Iterator[str]:
+    _refuse_stiff(subject, "so nothing yields")
+    found = subject.tool
+    if not found.stiffnesses:
+        raise InputError(subject.machine.label, found.inputs[0].rpartition(".")[0], "a force on it moves nothing")
+    yield from (paragraph(one.sentence) for one in found.stiffnesses)
+    for name, plot in found.plots().all.items():
+        if name.startswith("stiffness_") and isinstance(plot, Plot):
+            yield image(picture(plot.figure(), "svg"), plot.title, "", "plot")
+
+
 def _machine(subject: Subject) -> Iterator[str]:
     machine = subject.machine
     yield machine_image(machine)
     yield from (paragraph(note) for note in machine.origin.notes)
-    yield block(machine_table(machine, "Geometric parameters, bodies and springs"))
+    yield block(machine_table(machine, "Geometric parameters, bodies and springs", with_units=True))
     placed = placed_machine(machine, {})
     yield block(axes_table(placed, "Origins and axes in frame 0"))
     yield block(bodies_table(machine, "Bodies: mass, first moments and inertia about the origin of the frame"))
@@ -120,14 +225,14 @@ def _machine(subject: Subject) -> Iterator[str]:
     base = base_parameters(machine)
     formulas = [paragraph(f"{name} = {x}") for name, x in {**base.parts, **base.formulas}.items()]
     if formulas:
-        yield collapsible(f"{len(formulas)} base inertial parameters", formulas, opened=len(formulas) <= MOST_OPENED)
+        shown = [f'<div class="columns">{"".join(formulas)}</div>']
+        yield collapsible(f"{len(formulas)} base inertial parameters", shown, opened=len(formulas) <= MOST_OPENED)
     else:
         yield paragraph(f"Base inertial parameters: {base.check}")
 
 
 def _modes(subject: Subject) -> Iterator[str]:
-    if not subject.linear.motion.springs:
-        raise InputError(subject.machine.label, "springs", "no joint is elastic, so nothing vibrates")
+    _refuse_stiff(subject, "so nothing vibrates")
     if held := subject.modal.linear.held:
         yield paragraph(f"Held: {', '.join(held)}.")
     yield from blocks_of(subject.modal)
@@ -138,8 +243,7 @@ def _responses(subject: Subject) -> Iterator[str]:
     linear = subject.linear
     if not linear.inputs:
         raise InputError(subject.machine.label, "motors", "there is none, so no response to show")
-    if not linear.motion.springs:
-        raise InputError(subject.machine.label, "springs", "no joint is elastic, so nothing resonates")
+    _refuse_stiff(subject, "so nothing resonates")
     found = frequency_response(linear, frequency_grid(linear))
     for j, name in enumerate(found.inputs[:MOST_RESPONSES]):
         drawn = picture(bode(found, j).figure(), "svg")
@@ -157,15 +261,13 @@ def _scene(subject: Subject) -> Iterator[str]:
 
 
 def _counts(subject: Subject) -> Iterator[str]:
-    traced = programs(subject.machine, Scene(models=COUNTED)).models
+    traced = subject.traced
     yield block(models_table(traced, traced, "Operations of the models"))
     yield paragraph("x products and divisions, + sums and differences")
 
 
 def _accuracy(subject: Subject) -> Iterator[str]:
-    refuse_large(subject.machine, "symoro-elastic check compares the code of larger machines")
-    scene = Scene(models=("direct_dynamics", "inverse_dynamics"))
-    yield from blocks_of(verify(subject.machine, scene, announce=subject.announce, progress=subject.progress))
+    yield from blocks_of(subject.verified)
 
 
 def _equations(subject: Subject) -> Iterator[str]:

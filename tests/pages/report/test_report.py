@@ -34,7 +34,16 @@ DRIVE: dict[str, Any] = {
     "motors": {"motor": {"rotor_inertia": 0.1}},
     "springs": {"arm": {"stiffness": 1000.0}},
 }
-TITLES = ["Machine", "Modes", "Frequency responses", "Operations", "Accuracy", "Equations"]
+TITLES = [
+    "Summary",
+    "Machine",
+    "Modes",
+    "Stiffness at the tool",
+    "Frequency responses",
+    "Operations",
+    "Accuracy",
+    "Equations",
+]
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +61,29 @@ def test_the_first_frequency_is_that_of_the_spring(page: str) -> None:
     """f = sqrt(k / (ZZ + M d^2)) / 2 pi with the motor held."""
     hertz = np.sqrt(1000.0 / (0.04 + 2.0 * 0.25**2)) / (2 * np.pi)
     assert f"Mode 1: {hertz:.4g} Hz, 100% of the strain energy in arm" in unescape(page)
+
+
+def test_the_summary_answers_first(page: str) -> None:
+    """Frequency and stiffness in closed form: a bar on a spring, pushed across at 0.5 m."""
+    rows = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", unescape(page)))
+    assert list(rows) == ["First vibration", "Stiffness at rest", "Cost of a call", "Accuracy", "Warnings"]
+    assert "is limited by arm (100% of its strain energy)" in rows["First vibration"]
+    assert rows["Stiffness at rest"].startswith(
+        f"tool.y under tool.fy: {1000 / 0.5**2:.4g} N/m at rest, limited by arm"
+    )
+    assert re.search(r"inverse dynamics \d+x \d+\+", rows["Cost of a call"]) and "within its bound" in rows["Accuracy"]
+    assert rows["Warnings"] == "none"
+
+
+def test_heads_have_units_and_numbers_stand_below_each_other(page: str) -> None:
+    shown = unescape(page).replace("\u00a0", " ")
+    assert all(head in shown for head in (">alpha, rad<", ">d, m<", ">M, kg<", ">MX, kg m<", ">ZZ, kg m2<"))
+    assert "k = 1000 N m/rad" in shown or "k = 1000.0 N m/rad" in shown
+    masses = re.findall(r'<td style="[^"]*right" data-head="M, kg">(.*?)</td>', shown)
+    assert masses == ["1.0", "2.0"]
+    zz = re.findall(r'data-head="ZZ, kg m2">(.*?)</td>', shown)
+    tails = [re.sub("<.*?>", "", cell).partition(".")[2] for cell in zz]
+    assert len({len(tail) for tail in tails}) == 1
 
 
 def test_names_and_notes_are_text(page: str) -> None:
@@ -76,7 +108,7 @@ def test_places_are_unique_and_links_lead_to_them(page: str) -> None:
 
 def test_pictures_are_described_and_whole(page: str) -> None:
     images = re.findall(r'<img class="\w+" src="data:image/svg\+xml;base64,([^"]*)" alt="([^"]*)">', page)
-    assert len(images) == page.count("<img") == 1 + 1 + 1
+    assert len(images) == page.count("<img") == 1 + 1 + 1 + 1
     assert all(described for _, described in images)
     for picture, _ in images:
         ElementTree.fromstring(base64.b64decode(picture))
