@@ -15,8 +15,7 @@ from symoro_elastic.analysis.vibration.export import labels
 from symoro_elastic.analysis.vibration.feed_forward import FeedForward
 from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.modes import Modes
-from symoro_elastic.analysis.vibration.point_stiffness import PointStiffness
-from symoro_elastic.analysis.vibration.responses import Response
+from symoro_elastic.analysis.vibration.responses import PointStiffness, Response
 from symoro_elastic.analysis.vibration.tracking import Tracked
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.pictures import Plot

@@ -6,7 +6,7 @@ springs that limit it are those with most of the strain energy of u.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -14,57 +14,12 @@ from symoro_elastic.analysis.vibration.energies import GRAVITY_AND_LOADS, strain
 from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.modes import Modes, modes
 from symoro_elastic.analysis.vibration.peaks import response_figures
-from symoro_elastic.analysis.vibration.responses import Response, frequency_response
+from symoro_elastic.analysis.vibration.responses import PointStiffness, Response, frequency_response
 from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.numerics.motion.signals import FrameSignal, inputs, outputs
 
 LEAST_SHARE = 0.005
-
-
-@dataclass(frozen=True)
-class PointStiffness:
-    """A point under a force along one direction: `static` compliance, `peak` of its response at `frequency`, Hz.
-
-    SI units of `output` over `source`; NaN where motors are free, so that nothing holds the point. The peak is infinite
-    where nothing damps it: `frequency` is that of the mode that moves the point most. `held_by` and `shaken_by` are
-    shares of strain energy by spring, the largest first.
-    """
-
-    output: str
-    source: str
-    unit: str
-    static: float
-    held_by: dict[str, float]
-    peak: float
-    frequency: float
-    shaken_by: dict[str, float]
-
-    @property
-    def stiffness(self) -> float:
-        """The inverse of the static compliance."""
-        return 1 / self.static if self.static else np.inf
-
-    @property
-    def stiffness_unit(self) -> str:
-        """N/m, or N m/rad."""
-        return "N/m" if self.unit.startswith("m ") else "N m/rad"
-
-    @property
-    def sentence(self) -> str:
-        """Both compliances, with the springs that limit them."""
-        said = f"{self.output} under {self.source}"
-        if np.isfinite(self.static):
-            said += f": {self.stiffness:.4g} {self.stiffness_unit} at rest{_first(self.held_by)}"
-        if np.isinf(self.peak):
-            return f"{said}; undamped resonance at {self.frequency:.4g} Hz{_first(self.shaken_by)}"
-        if not self.frequency > 0:
-            return said
-        return f"{said}; largest at {self.frequency:.4g} Hz, {self.peak:.4g} {self.unit}{_first(self.shaken_by)}"
-
-
-def _first(shares: dict[str, float]) -> str:
-    return "".join(f", limited by {name} ({share:.0%} of the strain energy)" for name, share in [*shares.items()][:1])
 
 
 def point_stiffnesses(linear: Linearization, found: Response) -> tuple[PointStiffness, ...]:
@@ -78,13 +33,21 @@ def point_stiffnesses(linear: Linearization, found: Response) -> tuple[PointStif
         if isinstance(force, FrameSignal) and isinstance(moved, FrameSignal) and moved.order == 0
         if (force.number, force.component, force.at) == (moved.number, moved.component, moved.at)
     ]
-    return tuple(_of_pair(linear, found, i, j) for i, j in pairs if linear.F[:, j].any())
+    moving = [(i, j) for i, j in pairs if linear.F[:, j].any()]
+    figures, at_rest = (response_figures(linear), _at_rest(linear)) if moving else ({}, np.zeros(0))
+    return tuple(_of_pair(linear, found, figures, at_rest[i, j], i, j) for i, j in moving)
 
 
-def _of_pair(linear: Linearization, found: Response, i: int, j: int) -> PointStiffness:
+def _at_rest(linear: Linearization) -> AnyArray:
+    """Return the compliances (outputs, inputs) at 0 Hz; NaN where something is free to move."""
+    found: AnyArray = frequency_response(linear, np.zeros(1)).values[0]
+    return found
+
+
+def _of_pair(
+    linear: Linearization, found: Response, figures: Mapping[str, float], at_rest: complex, i: int, j: int
+) -> PointStiffness:
     output, source = linear.outputs[i], linear.inputs[j]
-    at_rest = frequency_response(linear, np.zeros(1)).values[0, i, j]
-    figures = response_figures(linear)
     peak, f = (figures[f"{output} / {source}: {name}"] for name in ("peak", "peak_frequency"))
     f, shaken = _undamped(linear, i, j, f) if np.isinf(peak) else (f, _shaken(linear, i, j, f))
     held = _shares(linear, np.linalg.solve(linear.K, linear.F[:, j])) if np.isfinite(at_rest) else {}

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,15 +19,57 @@ from symoro_elastic.foundation.results import Result
 from symoro_elastic.foundation.sizes import refuse_numbers
 from symoro_elastic.numerics.motion.signals import input_unit, output_unit
 
-if TYPE_CHECKING:
-    from symoro_elastic.analysis.vibration.point_stiffness import PointStiffness
-
 ON_RESONANCE = 1e-9
 """Relative distance to an undamped pole within which a response is a number without meaning."""
 POINTS, MOST_POINTS = 2000, 200_000
 LOWEST, HIGHEST = 1e-9, 1e12
 """Hz."""
 BLOCK = 256
+
+
+@dataclass(frozen=True)
+class PointStiffness:
+    """A point under a force along one direction: `static` compliance, `peak` of its response at `frequency`, Hz.
+
+    SI units of `output` over `source`; NaN where motors are free, so that nothing holds the point. The peak is infinite
+    where nothing damps it: `frequency` is that of the mode that moves the point most. `held_by` and `shaken_by` are
+    shares of strain energy by spring, the largest first.
+    """
+
+    output: str
+    source: str
+    unit: str
+    static: float
+    held_by: dict[str, float]
+    peak: float
+    frequency: float
+    shaken_by: dict[str, float]
+
+    @property
+    def stiffness(self) -> float:
+        """The inverse of the static compliance."""
+        return 1 / self.static if self.static else np.inf
+
+    @property
+    def stiffness_unit(self) -> str:
+        """N/m, or N m/rad."""
+        return "N/m" if self.unit.startswith("m ") else "N m/rad"
+
+    @property
+    def sentence(self) -> str:
+        """Both compliances, with the springs that limit them."""
+        said = f"{self.output} under {self.source}"
+        if np.isfinite(self.static):
+            said += f": {self.stiffness:.4g} {self.stiffness_unit} at rest{_first(self.held_by)}"
+        if not self.frequency > 0:
+            return said if np.isfinite(self.static) else f"{said}: nothing holds it"
+        if np.isinf(self.peak):
+            return f"{said}; undamped resonance at {self.frequency:.4g} Hz{_first(self.shaken_by)}"
+        return f"{said}; largest at {self.frequency:.4g} Hz, {self.peak:.4g} {self.unit}{_first(self.shaken_by)}"
+
+
+def _first(shares: dict[str, float]) -> str:
+    return "".join(f", limited by {name} ({share:.0%} of the strain energy)" for name, share in [*shares.items()][:1])
 
 
 @dataclass(frozen=True, repr=False)

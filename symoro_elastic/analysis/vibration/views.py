@@ -23,8 +23,7 @@ from symoro_elastic.analysis.vibration.feed_forward import FeedForward, notes
 from symoro_elastic.analysis.vibration.left_out import LeftOut
 from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.modes import Modes, Sensitivity, damped_poles
-from symoro_elastic.analysis.vibration.point_stiffness import PointStiffness
-from symoro_elastic.analysis.vibration.responses import Response
+from symoro_elastic.analysis.vibration.responses import PointStiffness, Response
 from symoro_elastic.analysis.vibration.tracking import Tracked
 from symoro_elastic.analysis.vibration.zeros import PolesAndZeros
 from symoro_elastic.foundation.array_types import Array

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
+from tests.golden import ROOT
 
 pytest.importorskip("scipy")
 K, C, M = (4e4, 1e4), (20.0, 10.0), (2.0, 1.0)
@@ -65,6 +66,12 @@ def test_a_free_motor_holds_nothing_and_an_undamped_peak_has_no_height() -> None
     lowest = se.modes(undamped, hold=["all"]).frequencies[0]
     assert one.frequency == pytest.approx(lowest, rel=1e-6)
     assert found.plots().plot("stiffness_second_z").figure().axes[1].patches
+
+
+def test_a_free_arm_is_held_by_nothing() -> None:
+    arm = str(ROOT / "examples" / "floating_arm.toml")
+    (one,) = se.response(arm, inputs=["elbow.fx"], outputs=["elbow.x"], hover=True).stiffnesses
+    assert one.sentence == "elbow.x under elbow.fx: nothing holds it"
 
 
 def test_other_directions_have_none() -> None:
