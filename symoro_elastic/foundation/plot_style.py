@@ -267,7 +267,7 @@ def contours(x: Array, y: Array, values: Any, names: Sequence[str], of: str, axe
         drawn = axes.contourf(x, y, values, levels=12)
         lines = axes.contour(x, y, values, levels=drawn.levels[1:-1:2], colors="#fefefe", linewidths=0.5)
         axes.clabel(lines, fontsize=7, fmt="%.4g")
-        axes.plot(x.ravel(), y.ravel(), ".", color="#000000", markersize=3, label="computed", clip_on=False)
+        axes.plot(x.ravel(), y.ravel(), ".", color="#000000", markersize=5, label="computed", clip_on=False)
         axes.figure.colorbar(drawn, ax=axes, label=of, format="%.4g")
         axes.set_ylabel(names[1])
     else:

@@ -56,7 +56,7 @@ def refuse_cut_text(plots: Figures) -> None:
             assert plot.strip()
             continue
         figure = plot.figure()
-        assert plot.title and figure.get_suptitle().strip(), name
+        assert plot.title and figure._suptitle.get_text().strip(), name
         assert any(axis.get_xlabel() for axis in figure.axes), name
         width, height = figure.bbox.width, figure.bbox.height
         assert not figure._localaxes or (width <= 1500 and height <= 1800), f"{name} is {width} x {height}"

@@ -35,7 +35,8 @@ def _(found: Sweep) -> dict[str, Plot | str]:
             f"{_together(some)}_over_{over}": _lines(found, some) for some in ([names[k] for k in g] for g in groups)
         }
     if found.design.is_grid and len(found.quantities) == 2 and min(found.design.lengths) > 1:
-        return {f"{name}_over_{over}": _map(found, name) for name in names[:MOST_MAPS]}
+        few = f"{MOST_MAPS} maps are drawn: choose results by --result"
+        return {f"{name}_over_{over}": _map(found, name) if k < MOST_MAPS else few for k, name in enumerate(names)}
     return {"influence": _influence(found, names)}
 
 
