@@ -9,9 +9,11 @@ from __future__ import annotations
 import asyncio
 import json
 import multiprocessing
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
+from multiprocessing import forkserver
 from multiprocessing.connection import Connection
 from multiprocessing.context import BaseContext
 from typing import Any
@@ -31,6 +33,11 @@ def _context() -> BaseContext:
         raise InputError("symoro-elastic", "live", "needs a POSIX system: write pages with symoro-elastic view")
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([WARM])
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: Ctrl+C ends the server, which ends the others
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.signal(signal.SIGINT, before)
     return context
 
 
@@ -75,7 +82,7 @@ def _run(ours: Connection, name: str, arguments: tuple[str, ...]) -> None:
     """Send the parts of a generator, the last one a sentence where it failed; in the other process."""
     from importlib import import_module
 
-    with suppress(BrokenPipeError, KeyboardInterrupt), ours:
+    with suppress(BrokenPipeError), ours:
         try:
             made: Iterator[Any] = getattr(import_module(PARTS), name)(*arguments)
             for part in made:
