@@ -84,7 +84,7 @@ def _as_json(
     chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]
 ) -> dict[str, Any]:
     from symoro_elastic.machine.machine import Kind
-    from symoro_elastic.machine.views import limits_json
+    from symoro_elastic.machine.views import drives_json, limits_json
     from symoro_elastic.pages.closed_chains import closed_chain_json
     from symoro_elastic.pages.show import axes_json, position_json
 
@@ -100,6 +100,7 @@ def _as_json(
         "axes": axes_json(placed),
         "parameters": [p.name for p in machine.parameters],
         "limits": limits_json(machine),
+        "drives": drives_json(machine),
         "base_parameters": base.formulas,
         "base_parameters_parts": base.parts,
         "base_parameters_zero": base.zero,
@@ -110,15 +111,16 @@ def _as_json(
 
 
 def _print(chain: ClosedChain, placed: PlacedMachine, base: BaseParameters, degenerate: Sequence[str]) -> None:
-    from symoro_elastic.machine.views import limits_table, machine_table, parameter_lines
+    from symoro_elastic.machine.views import drives_table, limits_table, machine_table, parameter_lines
     from symoro_elastic.pages.closed_chains import closed_chain_lines
     from symoro_elastic.pages.show import axes_table
 
     machine = chain.machine
     print_table(machine_table(machine, machine.name))
     print_table(axes_table(placed, "origins and axes in frame 0"))
-    if (limited := limits_table(machine, "limits")).rows:
-        print_table(limited)
+    for table in (limits_table(machine, "limits"), drives_table(machine, "drives")):
+        if table.rows:
+            print_table(table)
     for line in parameter_lines(machine):
         click.echo(textwrap.fill(line, line_width(), subsequent_indent="  "))
     if machine.floating:

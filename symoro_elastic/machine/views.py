@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import Any
 
 from symoro_elastic.foundation.results import Part, Table, parts_of
 from symoro_elastic.machine.columns import cells, declared_columns
-from symoro_elastic.machine.described import limits_of
+from symoro_elastic.machine.described import drives_of, limits_of
+from symoro_elastic.machine.drives import Drive, Notch, Sought, gain_unit
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.limits import LIMITED, JointLimits, Range, unit_of
 from symoro_elastic.machine.machine import Machine
 
+CASCADE = "cascade"
 BODY_COLUMNS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 
 
@@ -20,7 +23,8 @@ BODY_COLUMNS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 def _(machine: Machine) -> list[Part]:
     """Return the table of geometric parameters, and the values of named parameters."""
     limited = limits_table(machine, "limits")
-    tables = [machine_table(machine, machine.name), *([limited] if limited.rows else [])]
+    driven = drives_table(machine, "drives")
+    tables = [machine_table(machine, machine.name), *(one for one in (limited, driven) if one.rows)]
     return [machine.headline, *tables, *parameter_lines(machine)]
 
 
@@ -55,6 +59,46 @@ def limits_table(machine: Machine, title: str = "") -> Table:
         if one := limits.joints.get(joint.name):
             table.add_row(joint.name, *(_range(getattr(one, name), unit_of(name, joint)) for name in LIMITED))
     return table
+
+
+def drives_table(machine: Machine, title: str = "") -> Table:
+    """Return the drives of a machine, with units; without rows where it has none."""
+    table = Table(("axis", "kind", "Kp", "Tn", "Kv", "measured", "torque comes"), title=title)
+    for name, drive in drives_of(machine).by_motor.items():
+        joint = next(one for one in machine.joints if one.name == name)
+        gains = {key: _gain(getattr(drive, key), gain_unit(key, joint)) for key in ("Kp", "Tn", "Kv")}
+        table.add_row(name, CASCADE, *gains.values(), drive.measured, ", ".join(_lateness(drive)) or "at once")
+    return table
+
+
+def _gain(gain: Formula | Sought | None, unit: str) -> str:
+    if gain is None:
+        return "-"
+    return f"{_written(gain)} {unit}" if isinstance(gain, Formula) else str(gain)
+
+
+def _lateness(drive: Drive) -> Iterator[str]:
+    """Yield what is between the velocity controller and the torque."""
+    for name in ("lag", "dead_time", "period"):
+        x = getattr(drive, name)
+        if x is not None and not x.is_zero:
+            yield f"{name.replace('_', ' ')} {_written(x)} s"
+    for one in drive.filters:
+        yield f"{'notch' if isinstance(one, Notch) else 'low-pass'} {_written(one.frequency)} Hz"
+
+
+def drives_lines(machine: Machine) -> list[str]:
+    """Return a sentence for each drive."""
+    return [
+        f"drive of {axis}: {kind}, Kp {Kp}, Tn {Tn}, Kv {Kv}, measured: {measured}, torque: {late}"
+        for axis, kind, Kp, Tn, Kv, measured, late in drives_table(machine).rows
+    ]
+
+
+def drives_json(machine: Machine) -> dict[str, dict[str, str]]:
+    """Return the drives of a machine by motor: what the table of them says."""
+    table = drives_table(machine)
+    return {row[0]: dict(zip(table.heads[1:], row[1:], strict=True)) for row in table.rows}
 
 
 def limits_json(machine: Machine) -> dict[str, Any]:

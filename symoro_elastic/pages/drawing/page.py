@@ -18,6 +18,7 @@ from symoro_elastic.codegen.templates import render, template_folder
 from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.machine.described import DescribedMachine, limits_of
 from symoro_elastic.machine.machine import Kind, Machine
+from symoro_elastic.machine.views import drives_lines
 from symoro_elastic.pages.drawing.figure import Figure
 from symoro_elastic.pages.drawing.joint_shapes import REACH
 from symoro_elastic.pages.drawing.motions import motions_data
@@ -81,7 +82,7 @@ def page_data(shown: ShownMachine) -> dict[str, Any]:
         "title": figure.title,
         "summary": joint_counts(figure),
         "notes": list(DescribedMachine.of(machine).origin.notes),
-        "remarks": list(shown.remarks),
+        "remarks": [*shown.remarks, *drives_lines(machine)],
         "legend": [list(entry) for entry in legend_of({*(shape.role for shape in figure.shapes)})],
         "crowded": figure.is_crowded,
         "marks": [{"frame": mark.frame, "name": mark.name, "role": mark.role} for mark in figure.marks],

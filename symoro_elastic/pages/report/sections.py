@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.control.control import control_at
+from symoro_elastic.analysis.control.tuning import USUAL
 from symoro_elastic.analysis.ladder.climbed import Ladder
 from symoro_elastic.analysis.vibration.energies import strain_shares
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
@@ -28,11 +30,11 @@ from symoro_elastic.foundation.progress import Announce, Progress, announce_noth
 from symoro_elastic.foundation.results import Part, Result, Table, as_html
 from symoro_elastic.generation.pipeline import programs, verify, warnings_of
 from symoro_elastic.generation.views import models_table
-from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.described import DescribedMachine, drives_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
-from symoro_elastic.machine.views import bodies_table, limits_table, machine_table, parameter_lines
+from symoro_elastic.machine.views import bodies_table, drives_table, limits_table, machine_table, parameter_lines
 from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.numerics.grouping import base_parameters
@@ -121,13 +123,14 @@ def sections(subject: Subject) -> Iterator[Section]:
         ("modes", "Modes", _modes),
         ("stiffness", "Stiffness at the tool", _stiffness),
         ("responses", "Frequency responses", _responses),
+        ("drives", "Drives and control", _drives),
         ("scene", "What the scene requires", _scene),
         ("counts", "Operations", _counts),
         ("accuracy", "Accuracy", _accuracy),
         ("equations", "Equations", _equations),
     )
     for anchor, title, make in made:
-        if anchor != "scene" or subject.ladder:
+        if {"scene": subject.ladder, "drives": drives_of(subject.machine)}.get(anchor, True):
             subject.announce(title.lower())
             yield section(anchor, title, partial(make, subject))
 
@@ -217,6 +220,8 @@ def _machine(subject: Subject) -> Iterator[str]:
     yield block(bodies_table(machine, "Bodies: mass, first moments and inertia about the origin of the frame"))
     if (limited := limits_table(machine, "Limits")).rows:
         yield block(limited)
+    if (driven := drives_table(machine, "Drives")).rows:
+        yield block(driven)
     if machine.parameters:
         values = "".join(map(paragraph, parameter_lines(machine)))
         yield collapsible("Parameters", [f'<div class="columns">{values}</div>'], opened=True)
@@ -251,6 +256,16 @@ def _responses(subject: Subject) -> Iterator[str]:
         yield image(drawn, described, f"Input: {name}", "plot")
     if len(found.inputs) > MOST_RESPONSES:
         yield paragraph(f"The other {len(found.inputs) - MOST_RESPONSES}: symoro-elastic response")
+
+
+def _drives(subject: Subject) -> Iterator[str]:
+    """Margins and what limits each gain about the equilibrium, for the damping that the machine has."""
+    motion = subject.linear.motion
+    found = control_at(motion, [({}, subject.linear.state)], USUAL)
+    yield from blocks_of(found)
+    for plot in found.plots().all.values():
+        if isinstance(plot, Plot):
+            yield image(picture(plot.figure(), "svg"), plot.title, "", "plot")
 
 
 def _scene(subject: Subject) -> Iterator[str]:

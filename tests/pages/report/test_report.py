@@ -145,3 +145,21 @@ def test_short_models_are_written_out() -> None:
     text = se.report(str(ROOT / "examples" / "planar_2r.toml")).html
     assert "A(q) qdd + H(q, qd)" in text
     assert text.index("inertia_matrix-written1") < text.index("<summary>planar_2r: inertia matrix")
+
+
+def test_a_machine_with_drives_has_a_section_about_them() -> None:
+    """Its margins are those of `control`; gains that are sought say that they need damping."""
+    pytest.importorskip("scipy")
+    given = {**DRIVE, "drives": {"motor": {"Kp": 3.0, "Kv": 10, "Tn": 0.1, "dead_time": 1e-3}}}
+    text = unescape(se.report(given).html)
+    found = se.control(given).places[0].axes[0]
+    section = text[text.index('id="drives"') :]
+    assert f"{found.velocity.modulus:.3g}" in section and "Kp of motor may be" in section
+    assert section.count("<img") >= 3 and "open loops of motor" in section
+    assert "dead time 0.001 s" in text[: text.index('id="drives"')]
+    sought = unescape(se.report({**DRIVE, "drives": {"motor": {"Kp": "tuned", "Kv": 1, "dead_time": 1e-3}}}).html)
+    assert "Not computed" in sought and "modes without damping" in sought
+
+
+def test_a_machine_without_drives_has_none(page: str) -> None:
+    assert 'id="drives"' not in page
