@@ -13,7 +13,7 @@ from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.format_names import TOML
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree, names_in
 from symoro_elastic.machine.formula_units import Mismatch, mismatches
-from symoro_elastic.machine.joints import SELECTED
+from symoro_elastic.machine.joints import SELECTED, Friction
 from symoro_elastic.machine.loop_checks import cut_faults, loop_faults, loop_warnings, missing_rows, start_faults
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import (
@@ -34,6 +34,8 @@ from symoro_elastic.quantities.units import Powers, in_base_units
 
 MOST_JOINTS = 1000
 """Rows of a table; the models of larger ones take hours."""
+LARGEST_SHARE = 0.9
+"""Of a load in its own friction, which stops the joint at 1, and of a bristle that is elastic."""
 
 
 def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None) -> list[str]:
@@ -188,6 +190,7 @@ def _faults(j: int, joint: Joint) -> Iterator[tuple[str, str]]:
         yield "theta" if joint.sigma == 0 else "r", f"the joint variable is missing, sigma = {joint.sigma} puts it here"
     yield from row_faults(joint)
     yield from _spring_faults(joint)
+    yield from _friction_faults(joint.friction)
 
 
 def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
@@ -196,6 +199,17 @@ def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
     for cell, formula in cells(joint.spring):
         if joint.kind not in (Kind.ELASTIC, Kind.CUT) and not formula.is_zero:
             yield cell.label, f"the joint is {joint.kind.value}: only an elastic one has {cell.label}"
+
+
+def _friction_faults(law: Friction) -> Iterator[tuple[str, str]]:
+    if not law.bristle.is_zero and not law.creep.is_zero:
+        yield "bristle, creep", "both make dry friction smooth: keep one"
+    if not law.bristle.is_zero and law.coulomb.is_zero:
+        yield "bristle", "the joint has no coulomb friction that it could hold: give coulomb"
+    if not law.bristle.is_zero and law.bristle_damping.is_zero:
+        yield "bristle_damping", "give it beside bristle; sqrt(bristle times the inertia of the joint) is usual"
+    if law.static.is_zero != law.stribeck.is_zero:
+        yield "static, stribeck", "give both, or none: friction at rest, and the velocity at which half of it is gone"
 
 
 def _check_declared(machine: Machine) -> None:
@@ -243,6 +257,8 @@ def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
             raise machine.error(place, f"{quote(formula)} is negative: {value:g}")
         if value == 0 and cell.column.dimension is Dimension.CREEP:
             raise machine.error(place, f"{quote(formula)} is 0: leave it out, then dry friction jumps at rest")
+        if value >= LARGEST_SHARE and cell.column.dimension is Dimension.SHARE:
+            raise machine.error(place, f"{quote(formula)} is {value:g}: it must be below {LARGEST_SHARE}")
 
 
 def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:

@@ -39,6 +39,7 @@ class Dimension(Enum):
     VISCOUS_FRICTION = "viscous friction", "N m s/rad", "N s/m"
     COULOMB_FRICTION = "Coulomb friction", "N m", "N"
     CREEP = "creep velocity", "rad/s", "m/s"
+    SHARE = "share", ""
     FORCE = "force", "N"
     MOMENT = "moment", "N m"
     VELOCITY = "velocity", "m/s"
@@ -58,7 +59,7 @@ class Dimension(Enum):
 
 NOT_NEGATIVE = (
     *(Dimension.MASS, Dimension.ROTOR_INERTIA, Dimension.STIFFNESS, Dimension.DAMPING),
-    *(Dimension.VISCOUS_FRICTION, Dimension.COULOMB_FRICTION, Dimension.CREEP),
+    *(Dimension.VISCOUS_FRICTION, Dimension.COULOMB_FRICTION, Dimension.CREEP, Dimension.SHARE),
 )
 
 
@@ -69,7 +70,8 @@ class Column:
     `key` is its key in TOML, in the table `section`; `par` is its key in .par files, one for each entry or one for
     all: a list of that format, or else an extension line. `title` is its name in messages, `symbol` its name in the
     table that `show` prints. Numbers in it become parameters `<joint>.<name>` of sensitivities where it is `tunable`.
-    `meaning` and `example`, as TOML writes its value, stand in the reference of the formats.
+    `meaning` and `example`, as TOML writes its value, stand in the reference of the formats; an entry that is left out
+    is `default`.
     """
 
     key: str
@@ -82,6 +84,7 @@ class Column:
     tunable: bool = False
     meaning: str = ""
     example: str = "0"
+    default: Formula = ZERO
 
     @property
     def cells(self) -> tuple[Cell, ...]:
@@ -128,15 +131,16 @@ def column(
     tunable: bool = False,
     meaning: str = "",
     example: str = "0",
+    default: str = "",
     central: Column | None = None,
 ) -> Any:
-    """A dataclass field that holds a column, zero unless given; its key is the field's name unless given.
+    """A dataclass field that holds a column, `default` or zero unless given; its key is the field's name unless given.
 
     `central` describes the column where the owner's `central` is true.
     """
-    one = Column(key, section, dimension, tuple(par.split()), parts, title, symbol, tunable, meaning, example)
-    default = (ZERO,) * len(parts) if parts else ZERO
-    return field(default=default, metadata={COLUMN: one, CENTRAL: central or one})
+    usual = Formula.parse(default) if default else ZERO
+    one = Column(key, section, dimension, tuple(par.split()), parts, title, symbol, tunable, meaning, example, usual)
+    return field(default=(ZERO,) * len(parts) if parts else usual, metadata={COLUMN: one, CENTRAL: central or one})
 
 
 def columns(owner: Any) -> Iterator[tuple[Column, Values]]:

@@ -32,7 +32,8 @@ def with_free_numbers(machine: AnyMachine, sections: Collection[str], taken: Rea
 
 def _freed(joint: Joint, j: int, sections: Collection[str], used: dict[str, str], named: list[Parameter]) -> Joint:
     def free(cell: Cell, formula: Formula) -> Formula:
-        if formula.names or formula.is_zero or cell.column.section not in sections:
+        left_out = formula.is_zero or formula == cell.column.default
+        if formula.names or left_out or cell.column.section not in sections:
             return formula
         name = _unused(f"{_stem(cell)}{j}", used)
         used[name] = IN_USE

@@ -109,7 +109,9 @@ class Spring:
 class Friction:
     """Friction of a joint, opposing motion: coulomb sign(qd) + viscous qd.
 
-    With a velocity `creep` dry friction has no jump: qd / sqrt(qd^2 + creep^2) stands for sign(qd).
+    With a velocity `creep` dry friction has no jump: qd / sqrt(qd^2 + creep^2) stands for sign(qd). With `static`
+    coulomb becomes coulomb + (static - coulomb)/(1 + (qd/stribeck)^2), and a `load` adds a share of the torque that
+    passes. With a `bristle` friction has a state, its deflection.
     """
 
     viscous: Formula = column(
@@ -134,6 +136,52 @@ class Friction:
         meaning="velocity vs that makes dry friction smooth, Fs qd / sqrt(qd^2 + vs^2); under a torque tau below Fs "
         "the joint then creeps by vs tau / sqrt(Fs^2 - tau^2); left out: Fs sign(qd)",
         example="1e-4",
+    )
+    static: Formula = column(
+        *(Dimension.COULOMB_FRICTION, "friction", "static"),
+        title="static friction",
+        symbol="Fb",
+        meaning="dry friction at rest, coulomb + (static - coulomb)/(1 + (qd/stribeck)^2) at a velocity; left out: as "
+        "coulomb",
+        example="2",
+    )
+    stribeck: Formula = column(
+        *(Dimension.CREEP, "friction", "stribeck"),
+        title="Stribeck velocity",
+        symbol="vb",
+        meaning="velocity at which half of static - coulomb is left",
+        example="0.01",
+    )
+    load: Formula = column(
+        *(Dimension.SHARE, "friction", "load"),
+        title="load friction",
+        symbol="mu",
+        meaning="share of the torque through the transmission, as an amount, by which dry friction rises; below 0.9",
+        example="0.05",
+    )
+    bristle: Formula = column(
+        *(Dimension.STIFFNESS, "friction", "bristle"),
+        title="bristle stiffness",
+        symbol="s0",
+        meaning="stiffness of dry friction before it slips, which makes its deflection z a state: "
+        "friction is bristle z + bristle_damping zd + viscous qd; in place of creep",
+        example="1e5",
+    )
+    bristle_damping: Formula = column(
+        *(Dimension.DAMPING, "friction", "bristle_damping"),
+        symbol="s1",
+        title="bristle damping",
+        meaning="damping of the bristle; sqrt(bristle times the inertia of the joint) is usual",
+        example="300",
+    )
+    breakaway: Formula = column(
+        *(Dimension.SHARE, "friction", "breakaway"),
+        symbol="zb",
+        title="breakaway",
+        meaning="part of its largest deflection up to which the bristle is elastic, so that loads do not make the "
+        "joint drift; 0: it always slips, as of LuGre",
+        example="0.7",
+        default="0.7",
     )
 
 

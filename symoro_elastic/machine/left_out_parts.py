@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from symoro_elastic.machine.columns import Cell, with_cells
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint, Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import with_held_joints
@@ -21,14 +21,14 @@ CELLS: dict[str, Callable[[Cell], bool]] = {
     ROTORS: lambda cell: cell.column.section == "motors",
     SPRINGS: lambda cell: cell.column.section == "springs",
     WRENCHES: lambda cell: cell.column.section == "wrenches",
-    CREEP: lambda cell: cell.column.key == "creep",
+    CREEP: lambda cell: cell.column.section == "friction" and cell.column.key not in ("viscous", "coulomb"),
     SHARING: lambda cell: cell.column.key == "sharing",
 }
 """Whether a cell is one of a part."""
 LOST = {
     ROTORS: "the rotors of {}, whose inertia is lost",
     WRENCHES: "the wrenches on the bodies {}",
-    CREEP: "the creep velocities of {}, whose dry friction jumps at rest",
+    CREEP: "what makes dry friction of {} smooth: it jumps at rest",
     SHARING: "the weights by which {} share torques",
 }
 
@@ -99,6 +99,6 @@ def _with_cells_of(machine: Machine, part: str) -> list[str]:
 
 def _cleared(joint: Joint, part: str) -> Joint:
     def change(cell: Cell, formula: Formula) -> Formula:
-        return ZERO if CELLS[part](cell) else formula
+        return cell.column.default if CELLS[part](cell) else formula
 
     return with_cells(joint, change)

@@ -55,7 +55,7 @@ def _carried(joint: Joint) -> Iterator[tuple[str, str]]:
     yield from (("motor, spring or body", key) for key in body)
     yield from (("motor, spring or body", cell.label) for cell, formula in acting if not formula.is_zero)
     for what in ("friction", "wrench"):
-        found = [cell.label for cell, formula in cells(getattr(joint, what)) if not formula.is_zero]
+        found = [cell.label for cell, formula in cells(getattr(joint, what)) if formula != cell.column.default]
         yield from ((what, key) for key in found)
 
 

@@ -247,6 +247,11 @@ class Machine(Shown):
         return self._numbers_of(Kind.ELASTIC)
 
     @property
+    def bristles(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints whose friction has a state, in table order: the entries of z."""
+        return tuple(j for j in self.articulated if not self.joint(j).friction.bristle.is_zero)
+
+    @property
     def independent_joints(self) -> tuple[Joint, ...]:
         """The joints that own an independent variable, in the order of the entries of q."""
         return tuple(map(self.joint, self.independent))

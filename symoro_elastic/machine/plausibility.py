@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from symoro_elastic.machine.format_names import is_robot
 from symoro_elastic.machine.formula import Formula, Tree
+from symoro_elastic.machine.joints import Friction
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine
 
 ANGLES = ("gamma", "alpha", "theta")
@@ -27,7 +28,7 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
         found = (
             *_angles(joint, values),
             *inertia,
-            *_without_effect(joint),
+            *_without_effect(joint, values),
             *_doubled_rotor(joint),
             *_gears(machine, joint, values),
         )
@@ -222,13 +223,26 @@ def _moved(machine: Machine, j: int) -> list[int]:
     return sorted(moved)
 
 
-def _without_effect(joint: Joint) -> Iterator[str]:
+def _without_effect(joint: Joint, values: Mapping[str, float]) -> Iterator[str]:
     if joint.kind == Kind.FIXED and not (joint.rotor_inertia.is_zero and joint.friction.viscous.is_zero):
         yield "rotor inertia and friction of a fixed frame have no effect"
     if joint.friction.coulomb.is_zero and not joint.friction.creep.is_zero:
         yield "creep has no effect: the joint has no coulomb friction"
+    yield from _gains_energy(joint.friction, values)
     if joint.kind == Kind.ELASTIC and not joint.rotor_inertia.is_zero:
         yield "rotor inertia on an elastic joint: kept, and counted in its inertia"
+
+
+def _gains_energy(law: Friction, values: Mapping[str, float]) -> Iterator[str]:
+    """The bound below which friction with a bristle may give energy: Fv > s1 (Fb - Fc)/Fc (D1)."""
+    cells = (law.viscous, law.coulomb, law.static, law.bristle_damping)
+    known = [x for cell in cells if (x := cell.known_value(values)) is not None]
+    if law.bristle.is_zero or law.static.is_zero or len(known) < len(cells):
+        return
+    viscous, coulomb, static, damping = known
+    least = damping * (static - coulomb) / coulomb
+    if viscous <= least:
+        yield f"friction may give energy: viscous = {viscous:g} is not above {least:.4g}, which suffices"
 
 
 def _gears(machine: Machine, joint: Joint, values: Mapping[str, float]) -> Iterator[str]:

@@ -158,7 +158,8 @@ def _body(joint: Joint) -> str:
 
 def _law(joint: Joint, with_units: bool = False) -> str:
     """The laws of a joint, such as k = 2e7, c = 0.1."""
-    shown = ((cell.column, formula) for cell, formula in cells(joint) if cell.column.symbol and not formula.is_zero)
+    found = ((cell.column, formula) for cell, formula in cells(joint) if cell.column.symbol)
+    shown = ((column, formula) for column, formula in found if formula != column.default)
     laws = ((column, f"{column.symbol} = {_written(formula)}") for column, formula in shown)
     unit = int(joint.sigma == 1)
     return ", ".join(f"{law} {column.dimension.units[unit]}".rstrip() if with_units else law for column, law in laws)

@@ -55,6 +55,7 @@ DRAWS: dict[Dimension, Draw] = {
     Dimension.VISCOUS_FRICTION: FRICTION,
     Dimension.COULOMB_FRICTION: FRICTION,
     Dimension.CREEP: CREEP,
+    Dimension.SHARE: _between(0.1, 0.8),
     Dimension.FORCE: FORCE,
     Dimension.MOMENT: FORCE,
     Dimension.VELOCITY: MOTION,

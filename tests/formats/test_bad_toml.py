@@ -137,6 +137,16 @@ BAD = [
     ('stiffness = "K2"', "stiffness = -1", "joint 2 (lift), stiffness", "negative"),
     ("damping = 3", "damping = -3", "joint 2 (lift), damping", "negative"),
     ("viscous = 1", "viscous = -1", "joint 1 (base_yaw), viscous friction", "negative"),
+    ("coulomb = 2", "coulomb = 2, load = 0.9", "joint 1 (base_yaw), load friction", "must be below 0.9"),
+    ("coulomb = 2", "coulomb = 2, static = 3", "joint 1 (base_yaw), static, stribeck", "give both, or none"),
+    ("coulomb = 2", "coulomb = 2, bristle = 9", "joint 1 (base_yaw), bristle_damping", "give it beside bristle"),
+    ("coulomb = 2", "bristle = 9, bristle_damping = 1", "joint 1 (base_yaw), bristle", "no coulomb friction"),
+    (
+        "coulomb = 2",
+        "coulomb = 2, creep = 1e-3, bristle = 9, bristle_damping = 1",
+        "joint 1 (base_yaw), bristle, creep",
+        "keep one",
+    ),
     ("coulomb = 2", "coulomb = -2", "joint 1 (base_yaw), coulomb friction", "negative"),
     ("rotor_inertia = 0.5", "rotor_inertia = -0.5", "joint 1 (base_yaw), rotor_inertia", "negative"),
 ]

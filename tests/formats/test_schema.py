@@ -34,6 +34,7 @@ BEYOND = (
         "only an elastic",
     ),
     *("intermediate", "out of range"),
+    *("must be below", "give both", "beside bristle", "no coulomb", "keep one"),
 )
 
 

@@ -18,7 +18,7 @@ from numpy.polynomial import Polynomial
 from symoro_elastic.formats.robots.displacements import ROUNDING, about_z
 from symoro_elastic.formats.robots.joint_tree import Tree, tree_of
 from symoro_elastic.formats.robots.modified_dh import together
-from symoro_elastic.formats.robots.numbered import Holds, notes_of, numbers_text, robot_of, size_of
+from symoro_elastic.formats.robots.numbered import SMOOTH, Holds, notes_of, numbers_text, robot_of, size_of
 from symoro_elastic.formats.robots.robot import Connection, Description, Holding, JointType, Link, LinkJoint, Placement
 from symoro_elastic.formats.robots.urdf_writing import rpy_of
 from symoro_elastic.foundation.array_types import Array
@@ -44,7 +44,7 @@ FORCES = {
 }
 MJCF = Holds(
     "MJCF",
-    lacks={"wrenches": "forces on bodies", "creep": "creep velocities", "sharing": "weights of shared torques"},
+    lacks={"wrenches": "forces on bodies", **SMOOTH, "sharing": "weights of shared torques"},
     degree=4,
     following="joints that follow one other by a polynomial up to the fourth power",
     passive=True,

@@ -38,7 +38,14 @@ from symoro_elastic.machine.names import distinct, quote
 
 TYPES = {0: JointType.REVOLUTE, 1: JointType.PRISMATIC, 2: JointType.FIXED}
 Z = np.array([0.0, 0.0, 1.0])
-DROPPED = {"motors": "rotors"}
+SMOOTH = {
+    "creep": "creep velocities",
+    "static": "friction at rest",
+    "load": "friction by load",
+    "bristle": "states of friction",
+}
+"""Laws of dry friction that formats of robots lack."""
+DROPPED = {"motors": "rotors", **dict.fromkeys(SMOOTH, "creep")}
 """The part of `--drop` where it is not called as the section, or the column, of the table."""
 
 

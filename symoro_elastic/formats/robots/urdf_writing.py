@@ -10,7 +10,7 @@ import math
 from xml.etree.ElementTree import Comment, Element, SubElement, indent, tostring
 
 from symoro_elastic.formats.robots.displacements import ROUNDING, about_z
-from symoro_elastic.formats.robots.numbered import Holds, notes_of, numbers_text, robot_of
+from symoro_elastic.formats.robots.numbered import SMOOTH, Holds, notes_of, numbers_text, robot_of
 from symoro_elastic.formats.robots.robot import JointType, Link, LinkJoint
 from symoro_elastic.formats.robots.urdf import EITHER_WAY, FAR
 from symoro_elastic.foundation.array_types import Array
@@ -20,13 +20,7 @@ from symoro_elastic.machine.machine import Machine
 GRAVITY = (0.0, 0.0, -9.81)
 URDF = Holds(
     "URDF",
-    lacks={
-        "springs": "springs",
-        "motors": "rotors",
-        "wrenches": "forces on bodies",
-        "creep": "creep velocities",
-        "loops": "closed loops",
-    },
+    lacks={"springs": "springs", "motors": "rotors", "wrenches": "forces on bodies", **SMOOTH, "loops": "closed loops"},
     degree=1,
     following="joints that follow one other in proportion",
 )

@@ -31,7 +31,8 @@ def key_of(column: Column) -> Key:
     else:
         kind = keys.NOT_NEGATIVE if column.dimension.is_nonnegative else keys.FORMULA
     unit = " or ".join(dict.fromkeys(column.dimension.units))
-    return Key(column.key, kind, column.meaning, column.example, keys.NOTHING[kind], "0", unit)
+    usual = keys.NOTHING[kind] if column.parts else column.default
+    return Key(column.key, kind, column.meaning, column.example, usual, column.default.text, unit)
 
 
 def keys_of(columns: Iterable[Column]) -> tuple[Key, ...]:

@@ -188,9 +188,9 @@ def _inline(entry: Entry) -> str:
 
 
 def _entry(owner: Joint | Base | Body, section: str) -> Entry:
-    """Entries of a joint, a body or the base in a section: columns that are not zero."""
+    """Entries of a joint, a body or the base in a section: columns that are not as where they are left out."""
     found = [(column, values) for column, values in columns(owner) if column.section == section]
-    written = [column.key for column, values in found if any(value != ZERO for value in values)]
+    written = [column.key for column, values in found if any(x != column.default for x in values)]
     required = REQUIRED if isinstance(owner, Body) and owner != Body() else ()
     return [(column.key, _values(column, values)) for column, values in found if column.key in (*written, *required)]
 
