@@ -14,6 +14,7 @@ PARAMETERS = "p"
 def arguments(machine: Machine) -> dict[str, tuple[str, ...]]:
     """Names of the entries of each argument."""
     numbers = {"n": machine.independent, "m": machine.motors, "d": machine.dependent, "": ()}
+    numbers |= {"b": machine.bristles, "l": machine.loaded}
     of = {letter: {j: str(machine.joint(j).variable) for j in joints} for letter, joints in numbers.items()}
     of["s"] = {j: str(joint.variable) for j, joint in machine.static.items()}
     of["w"] = {k: str(asked) for k, asked in enumerate(machine.forces, start=1)}

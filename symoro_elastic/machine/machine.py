@@ -252,6 +252,11 @@ class Machine(Shown):
         return tuple(j for j in self.articulated if not self.joint(j).friction.bristle.is_zero)
 
     @property
+    def loaded(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the joints whose friction rises with the load, in table order: the entries of load."""
+        return tuple(j for j in self.articulated if not self.joint(j).friction.load.is_zero)
+
+    @property
     def independent_joints(self) -> tuple[Joint, ...]:
         """The joints that own an independent variable, in the order of the entries of q."""
         return tuple(map(self.joint, self.independent))

@@ -11,7 +11,7 @@ from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.mechanics.bias_acceleration import with_tips_in_frames_before
 from symoro_elastic.mechanics.coordinates import joint_accelerations, joint_rates, product, projection
-from symoro_elastic.mechanics.joint_laws import elastic_torque, friction, friction_slope, smooth_sign
+from symoro_elastic.mechanics.joint_laws import elastic_torque
 from symoro_elastic.mechanics.kinematics import path
 from symoro_elastic.mechanics.loops.planar import Closed
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
@@ -19,6 +19,7 @@ from symoro_elastic.mechanics.spatial import Twist, Vector, Wrench, cross
 from symoro_elastic.models.base_parameters import Grouping
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.coordinates import Coordinates
+from symoro_elastic.models.joint_friction import JointFriction
 from symoro_elastic.models.loops.closed_forms import in_space, own_variable, parallelogram_angles, planar
 from symoro_elastic.models.loops.naming import name_positions, name_turns, reserve_sections
 from symoro_elastic.models.loops.plan import Form, LoopPlan, assembled_joints, loops_of, plan_of
@@ -26,7 +27,6 @@ from symoro_elastic.models.once import once_for_each_machine
 from symoro_elastic.models.parallel_links import with_parallel_links
 from symoro_elastic.models.tree import NO_LINKS, Coupling, Tree
 from symoro_elastic.symbolic.expression import operand
-from symoro_elastic.symbolic.functions import sign, square_root
 
 EXTERNAL_WRENCHES = "f_ext"
 """The argument of models that holds wrenches of the surroundings on frames, in axes of frame 0."""
@@ -62,6 +62,8 @@ class Bound(Tree):
         self.by = by
         self.grouping = grouping
         self.loops: tuple[LoopPlan, ...] = beside.loops if beside else loops_of(machine)
+        self.torques: dict[int, Scalar] = {**self.tau}
+        """Torques of motors: arguments, or what drives make of these."""
         self.assembled: tuple[int, ...] = beside.assembled if beside else assembled_joints(machine)
         """Joints whose variables have no closed form: arguments of the models."""
         self._close_loops()
@@ -114,28 +116,23 @@ class Bound(Tree):
 
     def sign_of_velocity(self, j: int) -> Scalar:
         """Sign of the rate of joint j, as its friction has it: smooth where it creeps."""
-        speed = self._speed(j)
-        return sign(self.graph, self.rate(j)) if speed is None else smooth_sign(self.rate(j), speed)
+        return self.friction_of(j).sense()
 
-    def _speed(self, j: int) -> Scalar | None:
-        """sqrt(qd^2 + creep^2) of a joint that creeps; None for others."""
-        creep = self.cell(self.machine.joint(j).friction.creep)
-        if self.machine.joint(j).friction.creep.is_zero:
-            return None
-        rate = self.rate(j)
-        return square_root(self.graph, rate * rate + creep * creep)
+    def friction_of(self, j: int) -> JointFriction:
+        """The law of friction of joint j at its rate."""
+        law = self.machine.joint(j).friction
+        cells = (law.viscous, law.coulomb, law.creep, law.static, law.stribeck, law.load)
+        bristle = (law.bristle, law.bristle_damping, law.breakaway)
+        found = (self.cell(one) for one in (*cells, *bristle))
+        return JointFriction(self.graph, self.rate(j), self.z.get(j, 0), self.load.get(j, 0), *found)
 
     def friction(self, j: int) -> Scalar:
         """Friction of joint j, opposing motion."""
-        law = self.machine.joint(j).friction
-        viscous, coulomb = self.cell(law.viscous), self.cell(law.coulomb)
-        return friction(viscous, coulomb, self.rate(j), self.sign_of_velocity(j))
+        return self.friction_of(j).force()
 
     def friction_slope(self, j: int) -> Scalar:
         """Derivative of friction by the rate of joint j; a sign counts as constant."""
-        law = self.machine.joint(j).friction
-        viscous, coulomb, speed = self.cell(law.viscous), self.cell(law.coulomb), self._speed(j)
-        return viscous if speed is None else friction_slope(viscous, coulomb, self.cell(law.creep), speed)
+        return self.friction_of(j).slope()
 
     def passive_torque(self, j: int) -> Scalar:
         """Torque of spring and damper on joint j [9]; zero for joints without."""
@@ -152,7 +149,7 @@ class Bound(Tree):
 
     def exerted_torque(self, j: int) -> Scalar:
         """Sum of the torques on the coordinate of joint j: motor, spring and damper, less friction."""
-        return self.tau.get(j, 0) + self.passive_torque(j) - self.friction(j)
+        return self.torques.get(j, 0) + self.passive_torque(j) - self.friction(j)
 
     def own_forces(self) -> dict[int, Scalar]:
         """Sum of what is exerted on each joint coordinate, and what a stiffness that it changes does on it."""
@@ -166,6 +163,10 @@ class Bound(Tree):
         """The same without the motors."""
         found = {j: self.passive_torque(j) - self.friction(j) for j in self.machine.with_variable}
         return self._on_independent(self._with_stiffness_changes(found))
+
+    def rates_of_bristles(self) -> dict[int, Scalar]:
+        """Rates of the states of friction, by joint (D1), (D2)."""
+        return {j: self.friction_of(j).rate_of_bristle() for j in self.machine.bristles}
 
     def friction_forces(self) -> dict[int, Scalar]:
         """Friction on the independent variables, opposing motion."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import cast
 
 from symoro_elastic.foundation.errors import InputError
@@ -51,6 +52,7 @@ FAMILIES = (
 )
 MODELS: dict[str, Model] = {model.name: model for family in FAMILIES for model in family}
 DEFAULT_MODELS = ("direct_dynamics", "inverse_dynamics")
+NO_ENTRIES: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 BY_INERTIA = {model.other_way_of: model for model in MODELS.values() if model.other_way_of}
 """Models that find their results through the inertia matrix, by the names of those that do so by a recursion."""
 
@@ -91,6 +93,7 @@ def expressions(
     """
     _refuse_on_floating_base(machine, name)
     _refuse_loops_on_floating_base(machine, name)
+    _refuse_friction_states(machine, name)
     model = on_its_base(in_form(name, form), machine)
     machine = model.binds(machine) if model.binds else machine
     own = points_of(asked)
@@ -102,9 +105,20 @@ def expressions(
     return trace_of(model, bound, results, whole=not asked, merges=merge_angles)
 
 
-def trace_of(model: Model, bound: Bound, results: Results, *, whole: bool = True, merges: bool = False) -> Trace:
-    """The results of a model of a bound machine, with the arguments that it takes there."""
-    machine, entries = bound.machine, bound.arguments()
+def trace_of(
+    model: Model,
+    bound: Bound,
+    results: Results,
+    *,
+    whole: bool = True,
+    merges: bool = False,
+    given: Mapping[str, tuple[str, ...]] = NO_ENTRIES,
+) -> Trace:
+    """The results of a model of a bound machine, with the arguments that it takes there.
+
+    `given` are names of entries in place of those of the machine.
+    """
+    machine, entries = bound.machine, bound.arguments() | dict(given)
     if model.own_arguments:
         entries = model.own_arguments(bound, results)
         model = replace(model, arguments=tuple(entries))
@@ -114,17 +128,35 @@ def trace_of(model: Model, bound: Bound, results: Results, *, whole: bool = True
         model = of_closed_chain(model, bound, results)
     if machine.forces:
         model = under_wrenches(model, bound, results)
+    if machine.bristles or machine.loaded:
+        model = with_friction_states(model, bound, results)
     inputs = tuple(Input(argument, entries[argument]) for argument in model.arguments)
     return Trace(model, inputs, results, bound.graph, bound.names, whole, bound.points, merges)
 
 
 def under_wrenches(model: Model, bound: Bound, results: Results) -> Model:
     """The model with external wrenches as its last argument, where its results depend on them."""
-    names = {*bound.arguments()[EXTERNAL_WRENCHES]}
-    used = reachable(x for result in results.values() for x in result.entries)
-    if not any(node.operation == SYMBOL and node.operands[0] in names for node in used):
+    if not _holds(EXTERNAL_WRENCHES, bound, results):
         return model
     return replace(model, arguments=(*model.arguments, EXTERNAL_WRENCHES))
+
+
+def with_friction_states(model: Model, bound: Bound, results: Results) -> Model:
+    """The model with states of friction after qd, and with loads as its last argument, where its results hold them."""
+    arguments = model.arguments
+    if "z" not in arguments and _holds("z", bound, results):
+        after = arguments.index("qd") + 1
+        arguments = (*arguments[:after], "z", *arguments[after:])
+    if _holds("load", bound, results):
+        arguments = (*arguments, "load")
+    return replace(model, arguments=arguments, results=tuple(results))
+
+
+def _holds(argument: str, bound: Bound, results: Results) -> bool:
+    """Whether results depend on an argument."""
+    names = {*bound.arguments()[argument]}
+    used = reachable(x for result in results.values() for x in result.entries)
+    return any(node.operation == SYMBOL and node.operands[0] in names for node in used)
 
 
 def in_form(name: str, form: str) -> Model:
@@ -145,6 +177,14 @@ def _refuse_loops_on_floating_base(machine: Machine, name: str) -> None:
     if machine.degrees_of_base and machine.loops:
         loops = ", ".join(loop.name for loop in machine.loops)
         raise machine.error(name, f"not offered on a floating base with loops: {loops}; couplings are")
+
+
+def _refuse_friction_states(machine: Machine, name: str) -> None:
+    """Raise `InputError` for models of wanted motions, which do not know states of friction, nor loads."""
+    if (machine.bristles or machine.loaded) and MODELS[name] in FEED_FORWARD:
+        joint = machine.joint((*machine.bristles, *machine.loaded)[0]).name
+        what = f"{name} does not know its state (bristle) or load: give creep in their place"
+        raise machine.error(f"friction, {joint}", what)
 
 
 def points_of(asked: Joints | Frames) -> Points:

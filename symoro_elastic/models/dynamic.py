@@ -35,7 +35,13 @@ def _direct_dynamics(bound: Bound, asked: Joints) -> Results:
     found = motion.dynamics_of(bound.without_tip_angles)
     name_dynamics(bound, found, "[28]-[32]", "[33]-[36]")
     qdd = motion.accelerations(found)
-    return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **found_of_base(bound, found)}
+    return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **_of_bristles(bound), **found_of_base(bound, found)}
+
+
+def _of_bristles(bound: Bound) -> Results:
+    """Rates of the states of friction, where there are any."""
+    rates = bound.rates_of_bristles()
+    return {"zd": Result(tuple(rates), tuple(rates.values()))} if rates else {}
 
 
 def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
@@ -57,7 +63,7 @@ def _direct_dynamics_by_inertia_matrix(bound: Bound, asked: Joints) -> Results:
     name_dynamics(bound, held, "[15]", "[61]")
     name_composites(bound, found)
     name_factors(bound, factors, right, qdd)
-    return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **of_base}
+    return {"qdd": Result(asked, tuple(qdd[j] for j in asked)), **_of_bristles(bound), **of_base}
 
 
 def _inverse_dynamics(bound: Bound, asked: Joints) -> Results:
@@ -71,7 +77,8 @@ def _inverse_dynamics(bound: Bound, asked: Joints) -> Results:
     needed, passive, udd = motion.forces(found), bound.passive_forces(), motion.accelerations(found)
     tau = tuple(needed[j] - passive[j] for j in motors)
     qdd = tuple(udd[j] for j in others)
-    return {"tau": Result(motors, tau), "qdd": Result(others, qdd), **found_of_base(bound, found)}
+    found_on_joints = {"tau": Result(motors, tau), "qdd": Result(others, qdd)}
+    return {**found_on_joints, **_of_bristles(bound), **found_of_base(bound, found)}
 
 
 def _inverse_by_motors(bound: Bound, asked: Joints) -> Results:
@@ -81,7 +88,7 @@ def _inverse_by_motors(bound: Bound, asked: Joints) -> Results:
     motors = bound.motors if everything else tuple(j for j in asked if j in bound.motors)
     others = asked if everything else tuple(j for j in asked if j not in bound.motors)
     tau, qdd = tuple(found.tau[j] for j in motors), tuple(found.udd[j] for j in others)
-    return {"tau": Result(motors, tau), "qdd": Result(others, qdd)}
+    return {"tau": Result(motors, tau), "qdd": Result(others, qdd), **_of_bristles(bound)}
 
 
 def _bias_forces(bound: Bound, asked: Joints) -> Results:

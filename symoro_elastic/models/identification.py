@@ -89,6 +89,16 @@ def _values(bound: Bound, j: int) -> Iterator[tuple[str, Scalar]]:
     yield from zip(WRENCH, link.wrench.entries, strict=True)
 
 
+def _refuse_other_friction(machine: Machine) -> None:
+    """Raise `InputError` for friction that is not linear in its parameters."""
+    for joint in machine.joints:
+        law = joint.friction
+        for key, cell in (("static", law.static), ("load", law.load), ("bristle", law.bristle)):
+            if not cell.is_zero:
+                what = "torques are not linear in its parameters: leave it out"
+                raise machine.error(f"regressor, friction, {joint.name}, {key}", what)
+
+
 def _wanted(parameters: Sequence[LinearParameter], entries: Sequence[str]) -> dict[int, list[str]]:
     """For each link the parameters among some entries."""
     found: dict[int, list[str]] = {}
@@ -100,6 +110,7 @@ def _wanted(parameters: Sequence[LinearParameter], entries: Sequence[str]) -> di
 
 def _regressor(bound: Bound, asked: Joints) -> Results:
     refuse_varying_stiffness(bound.machine)
+    _refuse_other_friction(bound.machine)
     parameters = linear_parameters(bound)
     found = dynamics(bound.mechanism, bound.rates(), given_rules(bound))
     columns: dict[tuple[int, str], Column] = {}

@@ -61,6 +61,8 @@ class Tree(Cells):
         self.qdd = self._per_joint(entries["qdd"], machine.independent)
         self.tau = self._per_joint(entries["tau"], self.motors)
         self.qdd_motor = self._per_joint(entries["qdd_motor"], self.motors)
+        self.z = self._per_joint(entries["z"], machine.bristles)
+        self.load = self._per_joint(entries["load"], machine.loaded)
         self.on_base = {
             row.name: tuple(map(self.graph.symbol, row.entries)) for row in (ON_BASE if machine.floating else ())
         }

@@ -48,6 +48,7 @@ QUANTITIES: dict[str, Quantity] = {
         signatures.OF_FRAMES,
         signatures.ON_BASE,
         signatures.EXTERNAL,
+        signatures.OF_FRICTION,
         signatures.COLUMNS,
         closed_chains.OF_CLOSED_CHAINS,
         signatures.OF_STATIC_SPRINGS,

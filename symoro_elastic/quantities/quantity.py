@@ -44,7 +44,7 @@ class Quantity:
     """None where it depends on more than the joints that an entry belongs to."""
     shape: str
     """Lengths of the axes, as in `frames x 6`: `n` joints that move, `m` motors, `d` dependent, `s` static, `w` frames
-    under wrenches, numbers."""
+    under wrenches, `b` joints whose friction has a state, `l` whose friction rises with load, numbers."""
     roles: tuple[Role, ...]
     frame: str = ""
     """Frame of the components, in words."""
@@ -101,7 +101,7 @@ class Quantity:
     @property
     def follows(self) -> str:
         """What entries of an argument belong to: the letter of joints or frames that a shape begins with, or none."""
-        return self.axes[0] if self.axes[0] in ("n", "m", "d", "s", "w") else ""
+        return self.axes[0] if self.axes[0] in ("n", "m", "d", "s", "w", "b", "l") else ""
 
 
 @dataclass(frozen=True)

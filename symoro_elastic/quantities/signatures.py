@@ -182,6 +182,29 @@ EXTERNAL = (
         samples=FORCES,
     ),
 )
+OF_FRICTION = (
+    Quantity(
+        name="z",
+        meaning="states of friction: deflections of bristles",
+        symbol="z",
+        unit=POSITION,
+        shape="b",
+        roles=(*ARGUMENT, *CARRIED),
+        entries="z@_f",
+        samples=Samples(0.1),
+    ),
+    Quantity(name="zd", meaning="rates of the states", symbol=r"\dot{z}", unit=VELOCITY, shape="b", roles=RESULT),
+    Quantity(
+        name="load",
+        meaning="torques through the transmissions of joints whose friction rises with load",
+        symbol=r"\lambda",
+        unit=FORCE,
+        shape="l",
+        roles=(*ARGUMENT, *STATE),
+        entries="load@_f",
+        samples=FORCES,
+    ),
+)
 COLUMNS = (
     Quantity(
         name="pose",

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from symoro_elastic.quantities.quantity import Quantity
 from symoro_elastic.quantities.signatures import ARGUMENT, BOTH, RESULT
-from symoro_elastic.quantities.units import ACCELERATION, NUMBER, POSITION, VELOCITY, Unit, same
+from symoro_elastic.quantities.units import ACCELERATION, FORCE, NUMBER, POSITION, VELOCITY, Unit, same
 
 
 class TimeStep(StrEnum):
@@ -47,6 +47,17 @@ OF_TIME_STEPS = (
         roles=ARGUMENT,
         entries="kdm@",
     ),
+    *(
+        Quantity(name=name, meaning=what, symbol=symbol, unit=unit, shape="m", roles=ARGUMENT, entries=entry)
+        for name, what, symbol, unit, entry in (
+            ("r", "set points of motors", "r", POSITION, "r@_0"),
+            ("rd", "their velocities", r"\dot{r}", VELOCITY, "r@_1"),
+            ("rdd", "their accelerations", r"\ddot{r}", ACCELERATION, "r@_2"),
+        )
+    ),
+    Quantity(
+        name="tau_m", meaning="torques or forces of motors", symbol=r"\Gamma_m", unit=FORCE, shape="m", roles=RESULT
+    ),
     Quantity(
         name="factors",
         meaning="factors of A + g D + g^2 K, and what else the right side does not change",
@@ -73,8 +84,25 @@ OF_TIME_STEPS = (
         roles=ARGUMENT,
         entries="rhv@",
     ),
+    Quantity(
+        name="r_z",
+        meaning="right side, of states of friction and drives",
+        symbol="r_z",
+        unit=None,
+        shape="b",
+        roles=ARGUMENT,
+        entries="r@_z",
+    ),
     Quantity(name="z_q", meaning="solution, of positions", symbol="z_q", unit=VELOCITY, shape="n", roles=RESULT),
     Quantity(name="z_v", meaning="solution, of velocities", symbol="z_v", unit=ACCELERATION, shape="n", roles=RESULT),
+    Quantity(
+        name="z_z",
+        meaning="solution, of states of friction and drives",
+        symbol="z_z",
+        unit=None,
+        shape="b",
+        roles=RESULT,
+    ),
     Quantity(
         name="x0",
         meaning="displacement of the base in a step, then 2 tan(angle/2) times the axis of its turn",

@@ -62,6 +62,7 @@ class Programs:
 @no_collection()
 def programs_of(machine: Machine, scene: Scene) -> Programs:
     """Return the functions of a machine restricted to a scene."""
+    _refuse_states(machine)
     whole = with_parameters(machine)
     made, constants = restrict(whole, scene), names_to_fold(whole, scene)
     method = method_of(made)
@@ -79,6 +80,14 @@ def programs_of(machine: Machine, scene: Scene) -> Programs:
     written = replace(asked.package, steps_by_torque=True)
     named = _named_cells(machine, whole)
     return Programs(made, named, written, method, tuple(outputs), tuple(traces.values()), tuple(models))
+
+
+def _refuse_states(machine: Machine) -> None:
+    """Raise `InputError` for friction whose states these units do not have."""
+    if machine.bristles or machine.loaded:
+        name = machine.joint((*machine.bristles, *machine.loaded)[0]).name
+        what = "units have no states of friction (bristle) and no friction by load: leave them out"
+        raise machine.error(f"friction, {name}", what)
 
 
 def with_parameters(machine: Machine) -> Machine:

@@ -301,12 +301,18 @@ class StateReference:
         if len(tau) < len(S_m):
             tau = shared_torques(S_m, tau, {m: self._share(machine.joint(m).sharing) for m in S_m})
         wrench = [dot(row, udd) + h for row, h in zip(self.A[: self.of_base], self.H, strict=False)]
-        on_base = {"V0d": udd[: self.of_base], "f0": wrench}
+        on_base = {"V0d": udd[: self.of_base], "f0": wrench, **self._of_friction(traced)}
         by_joint = {"tau": tau, "qdd": dict(zip(machine.independent, udd[self.of_base :], strict=True))}
         return {
             name: on_base[name] if name in on_base else [by_joint[name][j] for j in asked]
             for name, asked in traced.rows.items()
         }
+
+    def _of_friction(self, traced: TracedModel) -> dict[str, Numbers]:
+        """Return rates of the states of friction, by the traced equations: they depend on the joint alone."""
+        if "zd" not in traced.rows:
+            return {}
+        return {"zd": self.run(traced.program, self.arguments(traced.program))["zd"]}
 
     def _given_on_base(self) -> tuple[Numbers, Numbers]:
         """Return the acceleration of the base that is known, if any, and the wrench on it, else zero."""
@@ -329,7 +335,7 @@ class StateReference:
         for k, x in zip(soft, solve([[self.A[k][i] for i in soft] for k in soft], right), strict=True):
             qdd[k] = x
         tau = [dot(row, qdd) + h for row, h in zip(self.A, self.H, strict=True)]
-        base = {"V0d": qdd[: self.of_base], "f0": tau[: self.of_base]}
+        base = {"V0d": qdd[: self.of_base], "f0": tau[: self.of_base], **self._of_friction(traced)}
         of_joints = {"tau": tau, "qdd": qdd}
         return {
             name: base[name] if name in base else self._of_joints(of_joints[name], rows)
