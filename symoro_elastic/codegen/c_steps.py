@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -14,6 +15,8 @@ from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.codegen.time_steps import (
+    CLOSED,
+    DRIVES,
     EXTERNAL_RATE,
     MOTOR_COORDINATES,
     RATES,
@@ -22,10 +25,12 @@ from symoro_elastic.codegen.time_steps import (
     MethodText,
     Terms,
     Variant,
+    blocks_carried,
     entries_of_state,
     error_meaning,
     method_text,
     rows_of_nodes,
+    states_carried,
 )
 
 LENGTHS = {"n": "JOINTS", "m": "MOTORS", "d": "DEPENDENT"}
@@ -61,6 +66,7 @@ class StepText:
     prototypes: tuple[str, ...]
     read: tuple[Array, ...]
     written: tuple[Array, ...]
+    states: int
 
     @property
     def title(self) -> str:
@@ -110,7 +116,7 @@ class CSteps:
 
     def _step(self, method: MethodText, variant: Variant, with_error: bool) -> StepText:
         name = f"{self.prefix}_step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
-        read, written = tuple(self._read(method, variant)), tuple(self._written(with_error))
+        read, written = tuple(self._read(method, variant)), tuple(self._written(variant, with_error))
         c = [self._constants] if self.constants else []
         one, prepared = self._declared(read, [self.p], written), self._declared(read, [self.p, *c], written)
         many = ["size_t count", *self._pointers(read, written)]
@@ -134,6 +140,7 @@ class CSteps:
             prototypes=(batch,) if self.many else tuple(heads),
             read=read,
             written=written,
+            states=states_carried(variant, self.package),
         )
 
     def _declared(self, read: Sequence[Array], constant: Sequence[Array], written: Sequence[Array]) -> list[str]:
@@ -158,14 +165,16 @@ class CSteps:
             else:
                 yield Array(state, name, motors, torques)
 
-    def _written(self, with_error: bool) -> Iterator[Array]:
+    def _written(self, variant: Variant, with_error: bool) -> Iterator[Array]:
         """The state, and the difference from the embedded method."""
         state, sizes = self.precision.state, {x: f"{self.macro}_{word}" for x, word in LENGTHS.items()}
-        for block in self.package.state:
+        for block in blocks_carried(variant, self.package):
             yield Array(state, block.name, sizes.get(block.quantity.follows, str(block.size)), block.size, True)
         if with_error:
-            size = 2 * entries_of_state(self.package)
-            yield Array(state, "error", str(size) if self.package.base else f"2*{self.macro}_JOINTS", size, True)
+            states = states_carried(variant, self.package)
+            size = 2 * entries_of_state(self.package) + states
+            known = f"2*{self.macro}_JOINTS" + (f" + {states}" if states else "")
+            yield Array(state, "error", str(size) if self.package.base else known, size, True)
 
     @property
     def p(self) -> Array:
@@ -226,8 +235,10 @@ class CSteps:
         moved = [Array(state, "q", "", 0, driven), Array(state, "qd", "", 0, driven or bool(self.package.base))]
         given = [Array(state, name, "", 0) for name in (*rows_of_nodes(variant, self.package), *variant.of_step)]
         held = [Array(state, name, "", 0, name in self.call.stage) for name in self.call.held]
-        arrays = [*moved, *given, *held, self.p]
-        arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True)]
+        has_states = bool(states_carried(variant, self.package))
+        z, zd = ([Array(state, name, "", 0, name == "zd")] if has_states else [] for name in ("z", "zd"))
+        arrays = [*moved, *z, *given, *held, self.p]
+        arrays += [*([self._constants] if self.constants else []), Array(state, "qdd", "", 0, True), *zd]
         count = ["size_t count"] if self.many else []
         name = f"{self.qualifiers.rate}void {self.prefix}_rate{variant.suffix}{'_lanes' if self.many else ''}"
         return with_arguments(name, [*count, *(a.pointer() for a in arrays)])
@@ -253,10 +264,12 @@ def _comment(method: MethodText, variant: Variant, with_error: bool, package: Pa
     yield f"{rows}: a row for each of the times {times}"
     if method.kind == "rosenbrock":
         yield from (f"{name}: {RATES[name]}" for name in variant.of_rate)
-    moved = [block.name for block in package.state if block not in package.assembled]
+    moved = [block.name for block in blocks_carried(variant, package) if block not in package.assembled]
     yield f"{', '.join(moved)}: the state, at t when called, at t + h then"
+    if states := states_carried(variant, package):
+        yield from textwrap.wrap(f"z: {', '.join(package.states[:states])}", 100)
     if with_error:
-        yield f"-> error: {error_meaning(package)}"
+        yield f"-> error: {error_meaning(package, states_carried(variant, package))}"
 
 
 class StepCalls:
@@ -293,10 +306,14 @@ class StepCalls:
 
     def accelerations(self, variant: Variant) -> str:
         """Return the call of the right side for the accelerations `qdd`."""
-        known = "ydd" if variant.is_driven else "torque" if variant.of_step else "tau"
+        known = ["ydd"] if variant.is_driven else ["torque"] if variant.of_step else ["tau"]
+        known = list(DRIVES.of_nodes) if variant.right_side == CLOSED else known
+        z, zd = (["z"], ["zd"]) if states_carried(variant, self.package) else ([], [])
         on_base = ["turned", "qd", WRENCH] if self.package.base else []
-        found = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *(["V0d"] if self.package.base else [])]
-        return self._under_forces(variant.right_side, [self._joints("qd"), known, *on_base], found)
+        found = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *zd]
+        found += ["tau_m"] if variant.right_side == CLOSED else []
+        found += ["V0d"] if self.package.base else []
+        return self._under_forces(variant.right_side, [self._joints("qd"), *z, *known, *on_base], found)
 
     def motors(self) -> str:
         """Return the call that gives positions and velocities of motors on dependent joints."""
@@ -331,20 +348,25 @@ class StepCalls:
 
     def factors(self, variant: Variant) -> str:
         """Return the call that factors the system of an implicit step."""
-        return self._model(
-            f"implicit_factors{variant.suffix}", [*self.position, "qd", "g", *variant.of_step], ["factors"]
-        )
+        name = f"implicit_factors{variant.suffix}"
+        z = ["z"] if any(a.name == "z" for a in self.functions[name].function.arguments) else []
+        return self._model(name, [*self.position, "qd", *z, "g", *variant.of_step], ["factors"])
 
-    def solve(self, variant: Variant, z_q: str, z_v: str, depth: int = 1) -> str:
-        """Return the call that solves it, for the right side `v_s`, `qdd`."""
-        return self._model(f"implicit_solve{variant.suffix}", ["factors", "v_s", "qdd"], [z_q, z_v], depth)
+    def solve(self, variant: Variant, z_q: str, z_v: str, z_z: str = "", depth: int = 1) -> str:
+        """Return the call that solves it, for the right side `v_s`, `qdd`, `zd`; results of states are put in `z_z`."""
+        side, found = (["zd"], [z_z]) if states_carried(variant, self.package) else ([], [])
+        sides = ["factors", "v_s", "qdd", *side]
+        return self._model(f"implicit_solve{variant.suffix}", sides, [z_q, z_v, *found], depth)
 
-    def rate(self, variant: Variant, node: int, qdd: str, depth: int = 1, forces: str = EXTERNAL) -> str:
+    def rate(
+        self, variant: Variant, node: int, qdd: str, depth: int = 1, forces: str = EXTERNAL, zd: str = "zd"
+    ) -> str:
         """Return the call that computes the accelerations of the stage at a node, at `q_s`, `v_s`, under `forces`."""
         given = rows_of_nodes(variant, self.package)
         rows = [self._from(forces if row == EXTERNAL else row, node * size) for row, size in given.items()]
         others = [*variant.of_step, *self.held, "p", *(["c"] if self.constants else [])]
-        arrays = ["q_s", "v_s", *rows, *others, qdd]
+        z, rates = (["z_s"], [zd]) if states_carried(variant, self.package) else ([], [])
+        arrays = ["q_s", "v_s", *z, *rows, *others, qdd, *rates]
         head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
         return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
 

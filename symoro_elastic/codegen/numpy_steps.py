@@ -10,15 +10,19 @@ from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.time_steps import (
+    CLOSED,
     EXTERNAL_RATE,
     RATES,
+    STATES,
     WRENCH,
     MethodText,
     Terms,
     Variant,
+    blocks_carried,
     error_meaning,
     method_text,
     rows_of_nodes,
+    states_carried,
 )
 
 
@@ -37,6 +41,8 @@ class NumpyStep:
     takes_forces: frozenset[str]
     base: tuple[str, ...]
     needs: str
+    states: int
+    z_of_factors: str
 
     @property
     def position(self) -> str:
@@ -64,14 +70,33 @@ class NumpyStep:
         return f", turned, V0, {WRENCH}[..., node, :]" if self.base else ""
 
     @property
+    def z(self) -> str:
+        """States of friction and drives as a further argument."""
+        return ", z" if self.states else ""
+
+    @property
+    def taker(self) -> str:
+        """The function that takes a step of this kind of method."""
+        if not self.states:
+            return self.method.kind
+        return "with_states" if self.method.kind == "explicit" else "w_with_states"
+
+    @property
+    def called(self) -> str:
+        """The arguments of a dynamic model after positions and velocities: those of motors, at a node."""
+        names = self.variant.of_nodes if self.variant.right_side == CLOSED else ("tau",)
+        return ", ".join(f"{name}[..., node, :]" for name in names if name != EXTERNAL)
+
+    @property
     def found(self) -> str:
         """The accelerations that a dynamic model finds."""
-        return "qdd, V0d" if self.base else "qdd"
+        known = ["qdd", *(["zd"] if self.states else []), *(["_"] if self.variant.right_side == CLOSED else [])]
+        return ", ".join([*known, *(["V0d"] if self.base else [])])
 
     @property
     def carried(self) -> str:
         """The positions and velocities that the method carries."""
-        return "x, v" if self.base else "q, qd"
+        return ("x, v" if self.base else "q, qd") + self.z
 
     @property
     def state(self) -> str:
@@ -110,21 +135,32 @@ def _steps(method: MethodText, package: Package) -> Iterator[NumpyStep]:
 def _step(method: MethodText, variant: Variant, with_error: bool, package: Package) -> NumpyStep:
     of_rate = variant.of_rate if method.kind == "rosenbrock" else ()
     arrays = [*rows_of_nodes(variant, package), *variant.of_step, *of_rate]
-    state = [block.name for block in package.state]
+    blocks = blocks_carried(variant, package)
+    state = [block.name for block in blocks]
     name = f"step_{method.name}{variant.suffix}{'_error' if with_error else ''}"
+    own = [block.name for block in package.base]
     return NumpyStep(
         method=method,
         variant=variant,
         with_error=with_error,
         head=with_arguments(f"def {name}", [*arrays, "h", *state, "p=DEFAULTS"], "):"),
         described=tuple(_described(method, variant, with_error, package)),
-        arrays=", ".join(["h", "q", "qd", *arrays, *(block.name for block in package.base)]),
+        arrays=", ".join(["h", "q", "qd", *arrays, *own, *([STATES] if STATES in state else [])]),
         blocks=tuple(state),
         assembled=tuple(block.name for block in package.assembled),
         takes_forces=frozenset(f.name for f in package.functions if any(a.name == EXTERNAL for a in f.arguments)),
         base=tuple(block.name for block in package.base),
         needs=NEEDS[method.kind],
+        states=states_carried(variant, package),
+        z_of_factors=_z_of_factors(variant, package),
     )
+
+
+def _z_of_factors(variant: Variant, package: Package) -> str:
+    """States of friction as a further argument of the factors of an implicit step."""
+    named = (f for f in package.functions if f.name == f"implicit_factors{variant.suffix}")
+    sizes = [a.size for f in named for a in f.arguments if a.name == STATES]
+    return f", z[..., :{sizes[0]}]" if sizes else ""
 
 
 NEEDS = {
@@ -150,8 +186,11 @@ def _described(method: MethodText, variant: Variant, with_error: bool, package: 
     if method.kind == "rosenbrock":
         for name in variant.of_rate:
             yield f"{name} ({package.external if name == EXTERNAL_RATE else motors}): {RATES[name]}."
-    error = f"; {error_meaning(package)}" if with_error else ""
-    yield f"-> {', '.join(block.name for block in package.state)} at t + h{error}"
+    states = states_carried(variant, package)
+    if states:
+        yield f"z (..., {states}): states, in the order of Z_NAMES."
+    error = f"; {error_meaning(package, states)}" if with_error else ""
+    yield f"-> {', '.join(block.name for block in blocks_carried(variant, package))} at t + h{error}"
 
 
 def _tables(method: MethodText) -> dict[str, str]:

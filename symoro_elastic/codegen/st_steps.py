@@ -13,7 +13,15 @@ from symoro_elastic.codegen.st_function import StArray, StBlock, StForm, StFunct
 from symoro_elastic.codegen.st_lines import INDENT, call, in_comment, statement
 from symoro_elastic.codegen.st_names import StNames
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.codegen.time_steps import MethodText, Terms, Variant, error_meaning, method_text, rows_of_nodes
+from symoro_elastic.codegen.time_steps import (
+    MethodText,
+    Terms,
+    Variant,
+    error_meaning,
+    method_text,
+    rows_of_nodes,
+    states_carried,
+)
 from symoro_elastic.foundation.errors import InputError
 
 KINDS = ("explicit", "w", "midpoint")
@@ -43,7 +51,7 @@ def step_blocks(form: StForm, functions: Mapping[str, StFunction], source: str) 
     methods = [method_text(METHODS[name], package, DOUBLE) for name in package.steps]
     _refuse(package, methods, source)
     for method in methods:
-        for variant in method.variants:
+        for variant in (one for one in method.variants if not states_carried(one, package)):
             for with_error in (False, True) if method.error else (False,):
                 yield StStep(form, functions, method, variant, with_error).block()
 

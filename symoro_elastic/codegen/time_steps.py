@@ -10,8 +10,9 @@ from symoro_elastic.codegen.integration.methods import Method, Midpoint, nodes_o
 from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
 from symoro_elastic.codegen.integration.tableaus import Coefficients, Tableau
 from symoro_elastic.codegen.integration.w_methods import WMethod
-from symoro_elastic.codegen.package import EXTERNAL, Package
+from symoro_elastic.codegen.package import EXTERNAL, Argument, Package
 from symoro_elastic.codegen.precision import Precision
+from symoro_elastic.quantities import quantity
 
 Terms = tuple[tuple[str, int], ...]
 """Coefficients as literals, with their signs, and the stages they belong to."""
@@ -37,6 +38,8 @@ class Variant:
     @property
     def right_side(self) -> str:
         """The model that gives accelerations."""
+        if self.suffix == DRIVES.suffix:
+            return CLOSED
         return "inverse_dynamics" if self.is_driven else "direct_dynamics"
 
     @property
@@ -46,11 +49,16 @@ class Variant:
 
 
 EXTERNAL_RATE = f"{EXTERNAL}d"
+STATES = "z"
+"""States of friction and drives."""
 WRENCH, DEGREES = "f0", 6
 """The wrench on the base, and its degrees of freedom."""
 TORQUE = Variant("", ("tau",))
 SERVO = Variant("_servo", ("tau", "r", "rd"), ("kp", "kd"), ", motors under tau + kp (r - q) + kd (rd - qd)")
 DRIVEN = Variant("_driven", ("y", "yd", "ydd"), (), ", motors on prescribed motions y, yd, ydd", ("yddd",))
+CLOSED = "closed_dynamics"
+"""The direct dynamic model under the drives."""
+DRIVES = Variant("_drives", ("r", "rd", "rdd", "tau"), (), ", motors under their drives at r, rd, rdd and under tau")
 RATES = {
     "taud": "derivative by time of the torques at t, that of kp r + kd rd with it",
     "yddd": "derivative of ydd by time at t",
@@ -118,17 +126,32 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
         b=literal.terms(_weights(method)),
         error=literal.terms(_error_weights(method)),
         iterations=method.iterations if isinstance(method, Midpoint) else 0,
-        variants=variants(package),
+        variants=variants(package, with_states=isinstance(method, Tableau | WMethod)),
     )
 
 
-def variants(package: Package) -> tuple[Variant, ...]:
-    """Return the ways in which motors can be given: prescribed motions where they own entries of q."""
+def variants(package: Package, with_states: bool) -> tuple[Variant, ...]:
+    """Return the ways in which motors can be given: prescribed motions where they own entries of q, drives."""
     moves = bool(package.base) or len(package.motors) < len(package.axes)
     found = [TORQUE]
     if package.motor_names and not package.steps_by_torque:
         found += [SERVO, *([DRIVEN] if package.has_motors_in_q and moves else [])]
+        closed = any(function.name == CLOSED for function in package.functions)
+        found += [DRIVES] if with_states and closed else []
     return tuple(map(_under_forces, found) if package.external else found)
+
+
+def states_carried(variant: Variant, package: Package) -> int:
+    """Return how many states of friction and drives a step takes further, beside positions and velocities."""
+    called = next((f for f in package.functions if f.name == variant.right_side), None)
+    return next((a.size for a in called.arguments if a.name == STATES), 0) if called else 0
+
+
+def blocks_carried(variant: Variant, package: Package) -> tuple[Argument, ...]:
+    """Return the blocks that a step takes further, states of friction and drives last."""
+    others = tuple(block for block in package.state if block.name != STATES)
+    size = states_carried(variant, package)
+    return (*others, Argument(quantity(STATES), size)) if size else others
 
 
 def _under_forces(variant: Variant) -> Variant:
@@ -148,8 +171,10 @@ def entries_of_state(package: Package) -> int:
     return (DEGREES if package.base else 0) + len(package.axes)
 
 
-def error_meaning(package: Package) -> str:
+def error_meaning(package: Package, states: int = 0) -> str:
     """Return what the error of a step holds, in words."""
+    if states:
+        return f"{error_meaning(package)}".replace("then of qd", "of qd, then of z")
     if package.base:
         return "difference of the base's pose in its axes, q, V0, then of qd, from the embedded method"
     return "difference of q, then of qd, from the embedded method"

@@ -6,7 +6,9 @@ S = g D + g^2 K the system is
     (A + S) x = S r_v + g K r_q,    z_v = r_v - x,    z_q = r_q + g z_v:
 
 the direct model at rest, without loads, whose rotor inertias are Ia + S. What depends on q and g only is computed once.
-A base that moves freely has six rows more, before those of the joints, without stiffness and damping.
+States of friction and of drives are eliminated: each is a number more in D and K of its joint (D7), and a push on it
+of the right side (D8). A base that moves freely has six rows more, before those of the joints, without stiffness and
+damping.
 Where joints depend on others, A + S is the matrix over the independent variables, and is factored.
 """
 
@@ -28,6 +30,7 @@ from symoro_elastic.mechanics.mechanism import without_loads
 from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
+from symoro_elastic.models.drive_states import chains_of, state_symbols
 from symoro_elastic.models.model import Model, Result, TracedModel
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors
 from symoro_elastic.models.state import position_blocks
@@ -40,11 +43,12 @@ Scalars = dict[int, Scalar]
 
 
 class Motors(Enum):
-    """What is known of the motors in a step: their torques, torques and gains of servos, or their motion."""
+    """What is known of the motors in a step: torques, torques and gains of servos, their motion, or their drives."""
 
     TORQUE = ""
     SERVO = "servo"
     DRIVEN = "driven"
+    DRIVES = "drives"
 
     @property
     def suffix(self) -> str:
@@ -59,14 +63,14 @@ def implicit_system(machine: Machine, motors: Motors, folded: Sequence[str] = ()
     results = system.results
     outputs = [Output(name, r.shape, tuple(map(operand, r.entries))) for name, r in results.items()]
     entries = bound.arguments() | system.sides
-    late = {*entries["r_q"], *entries["r_v"]}
+    late = {name for side in system.sides.values() for name in side}
     cut = in_two_stages(bound.graph, prune(outputs, bound.names), late, "factors")
     first = _factors(motors, bound)
-    second = _solve(motors)
+    second = _solve(motors, tuple(system.sides), tuple(results))
     (handed,) = cut.first.outputs
     factors = {"factors": Result(None, handed.entries, handed.shape)}
     inputs = [Input(name, entries[name]) for name in first.arguments]
-    sides = [Input("factors", cut.handed), *(Input(name, entries[name]) for name in ("r_q", "r_v"))]
+    sides = [Input("factors", cut.handed), *(Input(name, entries[name]) for name in system.sides)]
     return (
         TracedModel(first, factors, schedule(inputs, cut.first)),
         TracedModel(second, results, schedule(sides, cut.second)),
@@ -79,20 +83,20 @@ def _factors(motors: Motors, bound: Bound) -> Model:
         f"implicit_factors{motors.suffix}",
         "factors of the linear system of an implicit step",
         "[28]-[32]",
-        (*position_blocks(bound.machine), "qd", "g", *gains),
+        (*position_blocks(bound.machine), "qd", *(["z"] if bound.z else []), "g", *gains),
         ("factors",),
         _not_in_catalogue,
         FAMILY,
     )
 
 
-def _solve(motors: Motors) -> Model:
+def _solve(motors: Motors, sides: tuple[str, ...], results: tuple[str, ...]) -> Model:
     return Model(
         f"implicit_solve{motors.suffix}",
         "solution z of (I - g T) z = r, by the factors",
         "[28]-[36]",
-        ("factors", "r_q", "r_v"),
-        ("z_q", "z_v"),
+        ("factors", *sides),
+        results,
         _not_in_catalogue,
         FAMILY,
     )
@@ -122,6 +126,16 @@ class _System:
             name: (*(stem + k for k in on_base), *bound.arguments()[name])
             for name, stem in (("r_q", "rhq"), ("r_v", "rhv"))
         }
+        self.chains = chains_of(bound) if motors is Motors.DRIVES else {}
+        of_drives = state_symbols(self.chains, "rhz")
+        of_states = (*bound.arguments()["r_z"], *(name for own in of_drives.values() for name in own))
+        if of_states:
+            self.sides["r_z"] = of_states
+        self.r_z = self._symbols(dict(zip(bound.machine.bristles, bound.arguments()["r_z"], strict=True)))
+        self.by_error = {j: one.implicit(self.g, [0] * len(one.names), 1) for j, one in self.chains.items()}
+        r_drives: dict[int, list[Scalar]] = {j: [*map(bound.graph.symbol, own)] for j, own in of_drives.items()}
+        self.left = {j: one.implicit(self.g, r_drives[j], 0) for j, one in self.chains.items()}
+        self.bristles = {j: bound.friction_of(j).implicit_bristle(self.g) for j in bound.machine.bristles}
         self.rows = (0,) * len(on_base) + bound.machine.independent
         self.r_q, self.r_v = (self._per_joint(name) for name in ("r_q", "r_v"))
         self.held = frozenset(bound.motors) if motors is Motors.DRIVEN else frozenset()
@@ -134,7 +148,33 @@ class _System:
         x = [*self.x_0.entries[: self.bound.machine.degrees_of_base], *self.x.values()]
         z_v = [r - change for r, change in zip(r_v, x, strict=True)]
         z_q = [r + self.g * z for r, z in zip(r_q, z_v, strict=True)]
-        return {"z_q": Result(self.rows, tuple(z_q)), "z_v": Result(self.rows, tuple(z_v))}
+        found = {"z_q": Result(self.rows, tuple(z_q)), "z_v": Result(self.rows, tuple(z_v))}
+        q, v = (dict(zip(self.bound.machine.independent, z[len(z) - len(self.x) :], strict=True)) for z in (z_q, z_v))
+        z_z = [one.solution(self.r_z[j], product(self._row(j), v)) for j, one in self.bristles.items()]
+        for j, chain in self.chains.items():
+            row = self._row(j)
+            behind = chain.Kv * product(row, q) + product(row, v)
+            z_z += [x - a * behind for x, a in zip(self.left[j][0], self.by_error[j][0], strict=True)]
+        return found | ({"z_z": Result(None, tuple(z_z), (len(z_z),))} if z_z else {})
+
+    def _symbols(self, names: Mapping[int, str]) -> Scalars:
+        return {j: self.bound.graph.symbol(name) for j, name in names.items()}
+
+    def _row(self, j: int) -> Mapping[int, Scalar]:
+        """The rate of a joint by those of the independent variables."""
+        coordinates = self.bound.coordinates
+        return coordinates.S_x[j] if j in self.bound.machine.with_variable else coordinates.S[j]
+
+    def _pushed(self) -> Scalars:
+        """g times the forces on the independent variables of what the right side alone gives (D8)."""
+        pushed: Scalars = dict.fromkeys(self.bound.machine.independent, 0)
+        forces = {j: one.push(self.r_z[j]) for j, one in self.bristles.items()}
+        for j, (_, torque) in self.left.items():
+            forces[j] = forces.get(j, 0) - torque
+        for j, force in forces.items():
+            for k, x in self._row(j).items():
+                pushed[k] = pushed[k] + x * (self.g * force)
+        return pushed
 
     def _per_joint(self, argument: str) -> Scalars:
         names = self.bound.arguments()[argument]
@@ -149,8 +189,9 @@ class _System:
         unloaded = without_loads(bound.mechanism)
         links = tuple(replace(link, rotor_inertia=link.rotor_inertia + S.get(j, 0)) for j, link in unloaded.from_base())
         rules: list[Rule | None] = [None] * (len(links) + 1)
+        pushed = self._pushed()
         for j in bound.machine.independent:
-            torque = S[j] * self.r_v[j] + gK[j] * self.r_q[j]
+            torque = S[j] * self.r_v[j] + gK[j] * self.r_q[j] + pushed[j]
             rules[j] = AccelerationKnown(0) if j in self.held else TorqueKnown(torque)
         base = WrenchKnown(NO_WRENCH) if bound.machine.degrees_of_base else None
         found = dynamics(replace(unloaded, links=links), [0] * len(rules), rules, base)
@@ -172,7 +213,8 @@ class _System:
         S = {i: {j: g * (D[i][j] + g * K[i][j]) for j in free} for i in free}
         left = {i: {j: found.A[i][j] + S[i][j] for j in free} for i in free}
         factors = factorization(free[::-1], left, share_or_one)
-        right = {i: product(S[i], self.r_v) + g * product(K[i], self.r_q) for i in free}
+        pushed = self._pushed()
+        right = {i: product(S[i], self.r_v) + g * product(K[i], self.r_q) + pushed[i] for i in free}
         x, x_0 = (
             free_solution(factors, found, NO_WRENCH, right)[::-1]
             if bound.machine.degrees_of_base
@@ -205,10 +247,18 @@ class _System:
         bound = self.bound
         owners = bound.machine.with_variable
         K = {j: bound.spring(j)[0] for j in owners}
-        D = {j: bound.cell(bound.machine.joint(j).spring.damping) + bound.friction_slope(j) for j in owners}
-        coupled = {j: bound.friction_slope(j) for j in bound.machine.articulated if j not in owners}
+        D = {j: bound.cell(bound.machine.joint(j).spring.damping) + self._friction(j) for j in owners}
+        coupled = {j: self._friction(j) for j in bound.machine.articulated if j not in owners}
         if self.motors is Motors.SERVO:
             gains = [map(bound.graph.symbol, bound.arguments()[name]) for name in ("kp", "kd")]
             for j, kp, kd in zip(bound.motors, *gains, strict=True):
                 K[j], D[j] = K[j] + kp, D[j] + kd
+        for j, chain in self.chains.items():
+            gain = self.by_error[j][1]
+            K[j], D[j] = K[j] + chain.Kv * gain, D[j] + gain
         return _Diagonals(K, D, coupled)
+
+    def _friction(self, j: int) -> Scalar:
+        """The damping of friction; that of a bristle is what eliminating its state leaves (D7)."""
+        slope = self.bound.friction_of(j).slope_at_level()
+        return slope + self.bristles[j].damper if j in self.bristles else slope

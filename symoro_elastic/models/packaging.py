@@ -10,12 +10,14 @@ from pathlib import PurePath
 
 from symoro_elastic.codegen.package import Argument, Axis, Constant, Function, Package, ParameterValue, Result
 from symoro_elastic.codegen.targets import KEYWORDS, RESERVED
+from symoro_elastic.codegen.time_steps import CLOSED
 from symoro_elastic.machine.arguments import arguments, known_of_base
 from symoro_elastic.machine.formula import FUNCTIONS, Formula, FormulaError
 from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons, why_no_joint, why_no_machine
 from symoro_elastic.machine.scene import RequestedPart
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
+from symoro_elastic.models.drive_states import state_names
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.model import Result as TracedResult
 from symoro_elastic.models.state import rows_carried
@@ -72,6 +74,7 @@ def package(
         following=tuple((row.name, row.kind.value) for row in machine.joints if row.kind in (Kind.COUPLED, Kind.CUT)),
         steps=tuple(steps),
         state=_state(machine),
+        states=state_names(machine, any(one.model.name == CLOSED for one in traced)),
     )
 
 

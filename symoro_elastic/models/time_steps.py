@@ -8,6 +8,8 @@ from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.closed_dynamics import closed_dynamics
+from symoro_elastic.models.drive_states import driven_motors
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
@@ -15,6 +17,8 @@ from symoro_elastic.models.state import closing_models
 from symoro_elastic.quantities.time_steps import TimeStep
 
 EXPLICIT, ROSENBROCK = (TimeStep.RK4,), (TimeStep.RODAS4,)
+WITHOUT_STATES = (TimeStep.RODAS4, TimeStep.MIDPOINT)
+"""Methods that carry no states of friction and drives: the slopes of these are not exact, and jump."""
 
 
 def models_of_steps(
@@ -34,9 +38,17 @@ def models_of_steps(
     yield from base_models(machine, folded)
     if dependent_motors(machine) and not {*steps} <= {*ROSENBROCK}:
         yield motor_coordinates(machine, folded)
+    drives = has_drives(machine, steps)
+    if drives:
+        yield closed_dynamics(machine, folded)
     if not {*steps} <= {*EXPLICIT, *ROSENBROCK}:
-        for motors in ways_to_give_motors(machine):
+        for motors in (*ways_to_give_motors(machine), *([Motors.DRIVES] if drives else [])):
             yield from implicit_system(machine, motors, folded)
+
+
+def has_drives(machine: Machine, steps: Sequence[str]) -> bool:
+    """Return whether some of these steps are offered under the drives of a machine."""
+    return bool(driven_motors(machine)) and not {*steps} <= {*WITHOUT_STATES}
 
 
 def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> None:
@@ -45,15 +57,29 @@ def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> Non
     if not machine.independent and not machine.degrees_of_base:
         raise machine.error("steps", "no joint moves, so there is no state to take a step: leave them out")
     jumping = [
-        joint.name for joint in machine.joints if joint.friction.creep.is_zero and not joint.friction.coulomb.is_zero
+        joint.name
+        for joint in machine.joints
+        if joint.friction.creep.is_zero and joint.friction.bristle.is_zero and not joint.friction.coulomb.is_zero
     ]
     if jumping:
-        what = "coulomb friction jumps at rest, where no step is small enough: give creep beside it, as 1e-4"
+        what = "coulomb friction jumps at rest, where no step is small enough: give creep beside it, or bristle"
         raise machine.error(f"friction, {', '.join(jumping)}", what)
+    _refuse_friction(machine, steps)
     dependent = [machine.joint(j).name for j in dependent_motors(machine)]
     if dependent and not {*steps}.isdisjoint(ROSENBROCK):
         what = "is not offered where the motor is on a joint that follows by loops or couplings: take w3"
         raise machine.error(f"steps, {', '.join(dependent)}", f"{ROSENBROCK[0]} {what}")
+
+
+def _refuse_friction(machine: Machine, steps: Sequence[str]) -> None:
+    """Raise `InputError` for laws of friction that steps do not have."""
+    if machine.loaded:
+        what = "steps do not know the torque that passes through the joint: leave load out, or take direct_dynamics"
+        raise machine.error(f"friction, {machine.joint(machine.loaded[0]).name}, load", what)
+    lacking = [name for name in steps if name in WITHOUT_STATES]
+    if machine.bristles and lacking:
+        what = f"{lacking[0]} is not offered with states of friction (bristle): take w3"
+        raise machine.error(f"steps, {machine.joint(machine.bristles[0]).name}", what)
 
 
 def _refuse_base(machine: Machine, steps: Sequence[str]) -> None:

@@ -47,14 +47,6 @@ OF_TIME_STEPS = (
         roles=ARGUMENT,
         entries="kdm@",
     ),
-    *(
-        Quantity(name=name, meaning=what, symbol=symbol, unit=unit, shape="m", roles=ARGUMENT, entries=entry)
-        for name, what, symbol, unit, entry in (
-            ("r", "set points of motors", "r", POSITION, "r@_0"),
-            ("rd", "their velocities", r"\dot{r}", VELOCITY, "r@_1"),
-            ("rdd", "their accelerations", r"\ddot{r}", ACCELERATION, "r@_2"),
-        )
-    ),
     Quantity(
         name="tau_m", meaning="torques or forces of motors", symbol=r"\Gamma_m", unit=FORCE, shape="m", roles=RESULT
     ),

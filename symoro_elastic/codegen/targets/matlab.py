@@ -25,7 +25,7 @@ from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.target import Target
 from symoro_elastic.codegen.targets.c import OWN, banner, render_c, sentences, source_text
 from symoro_elastic.codegen.templates import LINE, render
-from symoro_elastic.codegen.time_steps import entries_of_state, rows_of_nodes
+from symoro_elastic.codegen.time_steps import blocks_carried, entries_of_state, rows_of_nodes
 
 
 def render_matlab(package: Package) -> Files:
@@ -200,8 +200,9 @@ def mex_step(package: Package, step: StepText) -> MexFunction:
         else MatlabArray(array.name, "", array.entries)
         for array in step.read
     ]
-    state = _state(package)
-    error = [MatlabArray("error", "", 2 * entries_of_state(package))] if step.with_error else []
+    state = _state(package, step)
+    errors = 2 * entries_of_state(package) + step.states
+    error = [MatlabArray("error", "", errors)] if step.with_error else []
     inputs = (*read, MatlabArray("h", "", 1), *state, parameters_of(package))
     first = len(read) + 1
     copied = [
@@ -221,9 +222,9 @@ def parameters_of(package: Package) -> MatlabArray:
     return MatlabArray("p", "parameters", len(package.parameters))
 
 
-def _state(package: Package) -> list[MatlabArray]:
+def _state(package: Package, step: StepText) -> list[MatlabArray]:
     """The arrays that a time step changes."""
-    blocks = ((block, of_argument(block)) for block in package.state)
+    blocks = ((block, of_argument(block)) for block in blocks_carried(step.variant, package))
     return [array if block in package.base else replace(array, meaning="") for block, array in blocks]
 
 

@@ -33,7 +33,8 @@ BUILTINS = words(
 )
 OWN = words(
     """
-    JOINTS DEPENDENT MOTORS MOTOR_NAMES ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS parameters p c math np numpy nan inf
+    JOINTS DEPENDENT MOTORS MOTOR_NAMES ELASTIC PARAMETERS DEFAULTS FRAMES OUTPUTS Z_NAMES parameters p c math np numpy
+    nan inf
     """
 )
 """Identifiers of the templates."""
@@ -46,6 +47,7 @@ def render_numpy(package: Package) -> Files:
     methods = numpy_methods(package)
     context = package_context(package) | {
         "functions": functions,
+        "states": package.states,
         "steps": [step for method in methods for step in method.steps],
         "parameters": [
             {"name": p.name, "python_value": Literal("np.nan" if math.isnan(p.value) else repr(p.value))}
@@ -58,9 +60,8 @@ def render_numpy(package: Package) -> Files:
     }
     if methods:
         kinds = {method.text.kind for method in methods}
-        files["_steps.py"] = render(
-            "numpy/steps.py.j2", name=package.name, methods=methods, kinds=kinds, base=package.base
-        )
+        has = {"kinds": kinds, "base": package.base, "states": package.states}
+        files["_steps.py"] = render("numpy/steps.py.j2", name=package.name, methods=methods, **has)
     for function in functions:
         files[f"{function['module']}.py"] = render("numpy/program.py.j2", name=package.name, function=function)
     return files

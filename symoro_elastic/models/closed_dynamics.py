@@ -1,0 +1,69 @@
+"""Direct dynamic model of a machine with its drives: accelerations, rates of all states, and torques of the motors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.catalogue import MODELS, trace_of
+from symoro_elastic.models.drive_states import chains_of, state_symbols
+from symoro_elastic.models.floating_base import on_its_base
+from symoro_elastic.models.model import Model, Result, Results, TracedModel
+from symoro_elastic.models.tracing import prune, schedule
+from symoro_elastic.quantities import quantity
+
+NAME, FAMILY = "closed_dynamics", "time steps"
+SET_POINTS = ("r", "rd", "rdd")
+
+
+def closed_dynamics(machine: Machine, folded: Sequence[str] = ()) -> TracedModel:
+    """Return the direct dynamic model under the drives: set points r, rd, rdd; `tau` is added to what they demand.
+
+    A motor without a drive has the torque tau. z are states of friction, then of drives.
+    """
+    bound = Bound(machine, folded)
+    chains = chains_of(bound)
+    symbols = state_symbols(chains, "z")
+    entries = bound.arguments()
+    rates: list[Scalar] = []
+    for j, chain in chains.items():
+        r, rd, rdd = (bound.graph.symbol(entries[name][bound.motors.index(j)]) for name in SET_POINTS)
+        e = chain.error(r - bound.variables[j], bound.rate(j), rd)
+        fed = chain.acceleration_forward * rdd + bound.tau[j]
+        found, bound.torques[j] = chain.answer([bound.graph.symbol(name) for name in symbols[j]], e, fed)
+        rates += found
+    results = _results(bound, rates)
+    model = on_its_base(replace(_MODEL, on_base=MODELS["direct_dynamics"].on_base), machine)
+    z = (*entries["z"], *(name for own in symbols.values() for name in own))
+    return schedule(prune(trace_of(model, bound, results, given={"z": z})))
+
+
+def _results(bound: Bound, rates: Sequence[Scalar]) -> Results:
+    found = MODELS["direct_dynamics"].run(bound, bound.machine.independent)
+    entries = (*(found.pop("zd").entries if "zd" in found else ()), *rates)
+    zd = {"zd": Result(None, entries, (len(entries),))} if entries else {}
+    tau = Result(bound.motors, tuple(bound.torques[j] for j in bound.motors))
+    return {"qdd": found.pop("qdd"), **zd, "tau_m": tau, **found}
+
+
+def _not_in_catalogue(bound: Bound, _: object) -> Results:
+    raise NotImplementedError("traced with its drives")
+
+
+_MODEL = Model(
+    NAME,
+    "direct dynamic model under the drives",
+    "[12]-[36]",
+    ("q", "qd", "z", *SET_POINTS, "tau"),
+    ("qdd", "zd", "tau_m"),
+    _not_in_catalogue,
+    FAMILY,
+    own=(
+        replace(quantity("z"), meaning="states of friction, then of drives", unit=None, shape="states"),
+        replace(quantity("zd"), unit=None, shape="states"),
+        replace(quantity("tau"), meaning="torques or forces added to those that the drives demand"),
+    ),
+)
