@@ -5,12 +5,13 @@ from __future__ import annotations
 import ctypes
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.simulation.drive_torques import states_of_drives, torques_of_drives
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.c_steps import Run, render_runs, runs
@@ -23,6 +24,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
+from symoro_elastic.models.drive_states import driven_motors
 from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.models.state import split_into
 from symoro_elastic.models.traced import trace_models
@@ -79,12 +81,12 @@ class CompiledSteps:
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
         """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
         refuse_still(reference)
-        refuse_drives(reference)
+        refuse_sampled(reference)
         if reference.loaded.forces != self.machine.forces:
             raise reference.prescribed.error("forces", "these steps were generated for a machine under other forces")
         h = reference.duration / steps
         run = self._runs[f"{self._name}_step_{method}{ways_of(reference).suffix}"]
-        state = {name: reference.at_start.blocks[name].copy() for name in run.written}
+        state = {name: block.copy() for name, block in _at_start(reference).items() if name in run.written}
         every = -(-steps // MOST_RECORDED)
         kept, passed = [np.concatenate(list(state.values()))[None]], 0.0
         width = sum(run.written.values())
@@ -102,7 +104,7 @@ class CompiledSteps:
         numbers = [0, *(k for k in range(1, steps + 1) if k % every == 0 or k == steps)]
         t = np.array(numbers) * h
         states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(kept))}
-        moved = with_servo_torques(reference, Motion(states, t))
+        moved = with_torques(reference, Motion(states, t))
         return Trajectory(moved.blocks, t, method, h, steps, passed / steps)
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
@@ -116,7 +118,27 @@ def ways_of(reference: Reference) -> Motors:
     """Return what is known of the motors of a reference."""
     if not reference.motors:
         return Motors.TORQUE
+    if reference.drives:
+        return Motors.DRIVES
     return Motors.DRIVEN if reference.servo is None else Motors.SERVO
+
+
+def _at_start(reference: Reference) -> dict[str, Array]:
+    """Return the blocks of a step at the start: drives with the torques that hold the machine, friction idle."""
+    friction = np.zeros(len(reference.machine.bristles))
+    return {**reference.at_start.blocks, "z": np.concatenate([friction, states_of_drives(reference)])}
+
+
+def with_torques(reference: Reference, motion: Motion) -> Motion:
+    """Return the states with torques of drives or servos; of the states z those of friction stay."""
+    friction = len(reference.machine.bristles)
+    z = motion.z
+    if friction or z.shape[1]:
+        motion = replace(motion, blocks={name: block for name, block in motion.blocks.items() if name != "z"})
+        motion = motion.with_blocks(z=z[:, :friction]) if friction else motion
+    if reference.drives:
+        return motion.with_blocks(tau=torques_of_drives(reference, motion, z[:, friction:]))
+    return with_servo_torques(reference, motion)
 
 
 def with_servo_torques(reference: Reference, motion: Motion) -> Motion:
@@ -135,10 +157,17 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
     return found
 
 
+def refuse_sampled(reference: Reference) -> None:
+    """Raise `InputError` for drives that generated steps do not have."""
+    if reference.drives and not driven_motors(reference.machine):
+        what = "drives with a period, limits, a filter of the set point or a measured load need steps that are adapted"
+        raise reference.prescribed.error("drives", f"{what}: simulate with --adaptive")
+
+
 def refuse_drives(reference: Reference) -> None:
-    """Raise `InputError` for motors with drives, whose states even steps and linear models of motions do not have."""
+    """Raise `InputError` for motors with drives, whose states linear models of motions do not have."""
     if reference.drives:
-        what = "motors with drives need steps that are adapted: simulate with --adaptive, or leave it out"
+        what = "no linear model of motions has drives: simulate, or leave drives out"
         raise reference.prescribed.error("drives", what)
 
 
@@ -193,6 +222,8 @@ def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[st
         return forces | {"y": y, "yd": yd, "ydd": ydd, "yddd": reference.jerks(begins)}
     kp, kd = reference.servo
     tau = reference.start.torques
+    if reference.drives:
+        return forces | {"tau": np.tile(tau, (len(begins), len(nodes))), "r": y, "rd": yd, "rdd": ydd}
     _, rate, change = reference.at(begins)
     return forces | {
         "tau": np.tile(tau, (len(begins), len(nodes))),

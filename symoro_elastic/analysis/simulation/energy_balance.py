@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from inspect import signature
 from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.simulation.observed import without_rates
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_vibrations
@@ -83,4 +85,5 @@ def _power_of(machine: Machine, other: Machine, motion: Motion) -> Array:
 
 def _accelerations(model: Callable[..., Any], motion: Motion) -> Array:
     """Return the accelerations (N, n) of the coordinates, those of the base first where they are results."""
-    return np.concatenate(motion.results(model)[::-1], axis=1)
+    found = motion.results(model)
+    return np.concatenate((without_rates(motion, found) if "z" in signature(model).parameters else found)[::-1], axis=1)

@@ -24,6 +24,11 @@ FRAME_MODELS = ("geometric_model", "velocities", "accelerations")
 """Models by the order of the output that their results hold."""
 
 
+def without_rates(motion: Motion, accelerations: Sequence[Array]) -> Sequence[Array]:
+    """Return what a dynamic model gives, joints first, without rates of states of friction."""
+    return [x for k, x in enumerate(accelerations) if k != 1 or not motion.z.shape[1]]
+
+
 class Observer:
     """Accelerations, torques and outputs of motions along a reference."""
 
@@ -41,7 +46,8 @@ class Observer:
             tau, *accelerations = motion.results(self._dynamics.inverse_dynamics, qdd_motor=ydd)
         else:
             tau, accelerations = found.tau, [*motion.results(self._dynamics.direct_dynamics)]
-        return motion.with_blocks(tau=tau, **dict(zip(("qdd", "V0d"), accelerations, strict=False)))
+        kept = without_rates(motion, accelerations)
+        return motion.with_blocks(tau=tau, **dict(zip(("qdd", "V0d"), kept, strict=False)))
 
     def along_reference(self, t: Array) -> Array:
         """Return the outputs (N, names) where motors follow exactly and springs stay; NaN for torques."""

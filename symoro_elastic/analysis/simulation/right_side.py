@@ -43,6 +43,9 @@ class CompiledMotion:
     def __init__(self, reference: Reference, folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         refuse_still(reference)
+        if reference.machine.bristles:
+            what = "friction with states (bristle) is not integrated by adapted steps: leave adaptive out"
+            raise reference.prescribed.error("adaptive", what)
         self.reference, machine = reference, reference.machine
         self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
         self.closing = closing_models(machine)

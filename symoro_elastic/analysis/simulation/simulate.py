@@ -15,6 +15,7 @@ from symoro_elastic.analysis.simulation.compiled_steps import (
     CompiledSteps,
     Trajectory,
     refuse_lost_loops,
+    refuse_sampled,
     refuse_still,
     refuse_turned,
     ways_of,
@@ -47,6 +48,7 @@ from symoro_elastic.machine.restrict import names_to_fold
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.closed_dynamics import closed_dynamics
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
@@ -100,7 +102,7 @@ class Simulating:
     def is_predicted(self) -> bool:
         """Whether there is a linear model along the motion.
 
-        Not where the base moves freely or joints depend on others, nor for long motions.
+        Not where the base moves freely, joints depend on others or there are states z, nor for long motions.
         """
         return self._path is not None
 
@@ -112,8 +114,9 @@ class Simulating:
 
     @property
     def _is_tree(self) -> bool:
-        """Whether joints are independent, on a fixed base."""
-        return not self.machine.is_coupled and not self.machine.degrees_of_base
+        """Whether joints are independent, on a fixed base, and friction and motors have no states."""
+        states = self.machine.bristles or self.reference.drives
+        return not self.machine.is_coupled and not self.machine.degrees_of_base and not states
 
     @cached_property
     def _path(self) -> tuple[LinearPath, tuple[int, ...]] | None:
@@ -259,6 +262,7 @@ def _method(simulating: Simulating, announce: Announce) -> str:
     """Return the requested method, or the cheapest by prediction. Raises `InputError` where none serves."""
     request = simulating.request
     refuse_still(simulating.reference)
+    refuse_sampled(simulating.reference)
     refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
     refuse_period(simulating)
     if request.step is None:
@@ -437,6 +441,11 @@ class StepCost:
     def programs(self, method: Method) -> Iterator[tuple[int, Program]]:
         """Yield the programs that a step calls, and how often."""
         stages = _stages(method)
+        if self.motors is Motors.DRIVES:
+            yield stages, closed_dynamics(self.machine, self._folded).program
+            yield from zip((stages + 1, stages), self._of_base, strict=False)
+            yield from () if isinstance(method, Tableau) else zip((1, stages), self._system, strict=True)
+            return
         yield stages, self._model("inverse_dynamics" if self.motors is Motors.DRIVEN else "direct_dynamics")
         if self.motors is Motors.SERVO and dependent_motors(self.machine):
             yield stages, self._of_motors

@@ -125,7 +125,7 @@ def test_derivatives_are_those_of_the_right_side(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("machine", "motion", "options", "what"),
     [
-        (drive(), {}, {}, "motion, drives: motors with drives need steps that are adapted: simulate with adaptive"),
+        (drive(period=1e-3), {}, {}, "motion, drives: drives with a period, limits, a filter"),
         (drive(Kp="tuned"), {}, {"adaptive": True}, 'motor: Kp "tuned" is not known yet: find it by control --save'),
         (drive() | {"drives": {}}, {}, {"adaptive": True}, "motor has none: give one to all motors below [drives]"),
         (drive(limits={"torque": 3}), {}, {"adaptive": True}, "motor, limits: is simulated of drives with a period"),
@@ -137,3 +137,16 @@ def test_what_is_not_simulated_is_refused(machine: Any, motion: Any, options: An
     with pytest.raises(InputError) as error:
         se.simulate(machine, scene(**motion), **options)
     assert what in str(error.value)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("changes", [{}, {"dead_time": 2e-4, "filters": [{"notch": 35, "depth": 0.1, "width": 0.6}]}])
+def test_even_steps_are_the_adapted_ones(changes: dict[str, Any]) -> None:
+    """Generated steps with states of drives against numpy with systems of `control`; weight and feed-forward too."""
+    made = drive(**changes, feed_forward={"velocity": 0.9, "acceleration": 0.05}) | {"gravity": [0, -9.81, 0]}
+    made["bodies"] = {"arm": {"mass": 1, "center_of_mass": [0.1, 0, 0], "inertia": [0, 0, 0.05]}}
+    (even,), (adapted,) = se.simulate(made, scene()), se.simulate(made, scene(), adaptive=True)
+    assert even.trajectory.method == "w3"
+    assert np.abs(even.motion.q[-1] - adapted.motion.q[-1]).max() < 3e-7
+    assert np.abs(even.motion.tau[0] - adapted.motion.tau[0]).max() < 1e-9
+    assert np.abs(even.motion.tau[-1] - adapted.motion.tau[-1]).max() < 1e-4
