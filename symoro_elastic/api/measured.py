@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from numbers import Real
 from pathlib import Path
@@ -90,6 +91,7 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     known = _values_of(options.known)
     among((options.offsets,), SEEKING, "--offsets")
     among((options.delay,), SEEKING, "--delay")
+    trust = _trust(options)
     options.announce("read")
     if not isinstance(records, str | Path | Mapping) and not len(records):
         raise InputError("symoro-elastic", "--records", "no record is given: give a file, or columns by name")
@@ -97,9 +99,18 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     read = tuple(_record(one, driven, prepare) for one in several)
     other = None if options.validate is None else _record(options.validate, driven, prepare)
     seek = options.offsets, options.delay
-    result = fit(driven, read, values, known, options.bandwidth, True, options.announce, None, *seek)
+    result = fit(driven, read, values, known, options.bandwidth, True, options.announce, None, *seek, trust)
     checked = validation_of(result, other) if other else None
     return Identified(result, read, of_file, values, known, options.bandwidth, checked, *seek)
+
+
+def _trust(options: Identifying) -> float | None:
+    """Return how far the file may be from the truth; None where bodies may be impossible."""
+    if options.possible:
+        return math.inf if options.trust is None else options.trust
+    if options.trust is not None:
+        raise InputError("symoro-elastic", "--trust", "the file is a prior of possible bodies only: give --possible")
+    return None
 
 
 def _values_of(known: Mapping[str, float | None]) -> dict[str, float]:

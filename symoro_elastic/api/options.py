@@ -591,6 +591,13 @@ class Identifying(Options, kw_only=False):
         "auto", "WHEN", "Whether a delay of torques behind positions is sought: {names} (auto: where data show it).",
         names=lambda: SEEKING,
     )  # fmt: skip
+    possible: bool = switch(
+        "Seek only bodies, friction and springs that are possible; the machine's file decides what data do not tell."
+    )
+    trust: float | None = option(
+        None, "SHARE", "How far values of the file may be from the truth, with --possible: 0.3 is 30 % (default: data "
+        "alone decide what they tell).", kinds.NUMBER, above=0,
+    )  # fmt: skip
     preparation: Preparation | None = argument(None, "`gains`, `resample`, `after` and `before` as one object.")
     validate: Record | None = option(None, "FILE", "Record whose torques are predicted, too.", kinds.INPUT_FILE)
     announce: Announce = announce_row(formerly=("step",))

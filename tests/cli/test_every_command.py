@@ -93,6 +93,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "identify": (
         ("data.csv",),
         ("data.csv", "--validate", "data.csv", "--save", "found.toml", "--after", "0.1", "--resample", "50", "--force"),
+        ("data.csv", "--possible", "--trust", "0.3", "--save", "found.toml", "--force"),
     ),
 }
 """Options with which every command is called on every odd machine; several times where they change the way, and not

@@ -36,6 +36,7 @@ ALONE = 0.9  # of a column's energy is in one joint's equation
 POSITIVE = ("M", "IA", "FV", "FS", "K", "DA")
 FALSE_ALARMS = 0.01  # share of records of right machines in which a value is called negative
 FEWEST_ROWS = 2  # independent equations for each parameter
+ABSORBED = "not estimated: "
 Draws = Callable[[Array], Sequence[Array]]
 """From X, draws of what noise of positions makes of Y X, each (rows, n)."""
 
@@ -130,6 +131,7 @@ def solve(
     repeating: bool = False,
     draws: Draws | None = None,
     doubts: Sequence[Array] = (),
+    floor: Array | None = None,
 ) -> LeastSquares:
     """Return the weighted least squares solution of Y (samples, n, c) X = tau (samples, n).
 
@@ -142,20 +144,21 @@ def solve(
     that pull (bias-compensated least squares, Soederstrom 2007). Noises are `repeating` where a motion that repeats
     repeats them, as the staircase of an encoder. `draws` gives what many of them do to Y X: where noise depends on the
     phase of the motion, its covariance with the columns is not that of spectral densities. `doubts` are errors of tau
-    of one standard deviation, each with one factor for all rows ("considered", not sought).
+    of one standard deviation, each with one factor for all rows ("considered", not sought). Rows are taken to have at
+    least noise of standard deviations `floor` (n), for a fit of few rows leaves nearly nothing.
     """
     correlation = alike((1.0,), *Y.shape[:2]) if correlation is None else correlation
     first: Array | None = None
-    sigma = np.ones(Y.shape[1])
+    sigma, floor = np.ones(Y.shape[1]), np.zeros(Y.shape[1]) if floor is None else floor
     for _ in range(rounds + 1):
         X = _weighted(Y, tau, sigma, noise)[0]
         found = _law(Y, tau, X, sigma, noise, correlation, repeating)
-        deviations = sigma * np.sqrt(found.variance)
+        deviations = np.maximum(sigma * np.sqrt(found.variance), floor)
         first = deviations if first is None else first
         sigma = np.maximum(deviations, np.maximum(_smallest(Y, X, tau, deviations), COLLAPSE * first))
     X, spread, condition, share = _weighted(Y, tau, sigma, noise)
     predicted = Y @ X
-    found = _law(Y, tau, X, sigma, noise, correlation, repeating)
+    found = _law(Y, tau, X, sigma, noise, correlation, repeating).at_least(floor / sigma)
     raised = colours(found, (tau - predicted) / sigma)
     drawn = [] if draws is None else [D / sigma * raised for D in draws(X)]
     covariance = spread @ _of_scores(Y / sigma[:, None], found.scaled(raised), correlation, drawn) @ spread
@@ -242,22 +245,25 @@ def estimate(
     draws: Draws | None = None,
     doubts: Sequence[Array] = (),
     source: str = "measurements",
+    floor: Array | None = None,
 ) -> Estimation:
     """Estimate the unknowns, one for each column of Y (samples, n, c), from tau (samples, n).
 
     Columns that the motion leaves zero or dependent are dropped by QR (Gautier 1991) and named. `still` are joints
-    (0-based) that do not move. Raises `InputError` where there are too few samples, or nothing to be found.
+    (0-based) that do not move. Raises `InputError` where there are too few samples and no `floor` of noise is given, or
+    nothing to be found.
     """
     rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
     correlation = alike((1.0,), *Y.shape[:2]) if correlation is None else correlation
-    refuse_short(rows, len(unknowns), usual_correlation(correlation), source)
+    if floor is None:
+        refuse_short(rows, len(unknowns), usual_correlation(correlation), source)
     grouping = independent_columns(balanced(Y), tolerance)
     if not grouping.kept:
         raise InputError(source, "q", "this motion excites no parameter: move every joint, and move it faster")
     kept = list(grouping.kept)
     some = None if draws is None else of_columns(draws, kept, Y.shape[2])
     noises = [D[:, :, kept] for D in noise]
-    solution = solve(Y[:, :, kept], tau, WEIGHTINGS, noises, correlation, repeating, some, doubts)
+    solution = solve(Y[:, :, kept], tau, WEIGHTINGS, noises, correlation, repeating, some, doubts, floor)
     names = {j: joints[j] for j in still}
     hidden = _hidden(Y[:, :, kept], tau, solution, joints)
     estimates = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
@@ -297,10 +303,15 @@ def refuse_short(rows: int, parameters: int, correlation: Sequence[float], sourc
 
     `rows` with such correlations to those 0, 1, 2 ... rows later are worth fewer independent ones.
     """
-    least = math.ceil(FEWEST_ROWS * parameters * (2 * sum(correlation) - correlation[0]))
+    least = fewest_rows(parameters, correlation)
     if rows < least:
         what = f"{rows} equations after filtering for {parameters} parameters: at least {least} are needed"
         raise InputError(source, "t", f"{what}: measure longer, or give known values")
+
+
+def fewest_rows(parameters: int, correlation: Sequence[float]) -> int:
+    """Return how many rows so correlated are two independent equations for each parameter."""
+    return math.ceil(FEWEST_ROWS * parameters * (2 * sum(correlation) - correlation[0]))
 
 
 def balanced(Y: Array) -> Array:
@@ -402,4 +413,4 @@ def _standing(still: dict[int, str]) -> list[str]:
 
 def _absorbed(estimates: Iterable[Estimate]) -> list[str]:
     lost = [e.unknown.label for e in estimates if e.verdict is Verdict.NOT]
-    return [f"not estimated: {', '.join(lost)}; their effect is contained in the values of the others"] if lost else []
+    return [f"{ABSORBED}{', '.join(lost)}; their effect is contained in the values of the others"] if lost else []

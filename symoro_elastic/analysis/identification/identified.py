@@ -58,6 +58,8 @@ class Identified(Result):
     def saved(self, step: Announce = announce_nothing) -> tuple[Machine, list[str]]:
         """Return the machine with the estimates, and lines about estimates that no physical machine has."""
         result = self.found
+        if result.possible:
+            return self._written(result), _not_saved(result)
 
         def again(fixed: Mapping[str, float]) -> Identification:
             known, Y = {**self.known, **fixed}, result.equations.Y
@@ -66,22 +68,26 @@ class Identified(Result):
                 offsets=self.offsets, delay=self.delay,
             )  # fmt: skip
 
-        fitted, lines = possible(result, again)
-        lines += _not_saved(fitted)
-        return replace(machine_with_estimates(fitted, self.values), loops=self.of_file.loops), lines
+        fitted, lines = without_negatives(result, again)
+        return self._written(fitted), [*lines, *_not_saved(fitted)]
+
+    def _written(self, result: Identification) -> Machine:
+        return replace(machine_with_estimates(result, self.values), loops=self.of_file.loops)
 
 
 def machine_with_estimates(result: Identification, values: Mapping[str, float] | None = None) -> Machine:
     """Return the machine with the estimates in place of inertial parameters, friction and springs.
 
-    Inertial parameters are those of groups, so bodies are not real ones: torques are right. Parameters that joined
+    Where bodies are possible all parameters are their own. Else inertial parameters are those of groups, so bodies are
+    not real ones: torques are right. Parameters that joined
     others or have no effect are zero, and so are those that were not found, for what they exert is within the others;
     friction and springs that were not found keep the values of the file. Rotors have no ratio: their inertia is that
     which the joint feels. `values` are those of named parameters.
     """
-    machine, found = result.machine, _values(result)
+    machine, bodies = result.machine, result.possible
+    found = bodies.values if bodies else _values(result)
     joints = tuple(_with(joint, j, found) for j, joint in enumerate(machine.joints, start=1))
-    bare = replace(machine, joints=joints, is_grouped=True)
+    bare = replace(machine, joints=joints, is_grouped=bodies is None)
     before, after = ({name for _, formula in formulas(x) for name in formula.names} for x in (machine, bare))
     given = [
         replace(p, value=Formula.parse(values[p.name])) if values and p.name in values else p
@@ -100,7 +106,7 @@ def _not_saved(result: Identification) -> list[str]:
     return [f"{named}: of the sensors, not of the machine, so the file does not hold them: correct records by them"]
 
 
-def possible(result: Identification, refit: Refit) -> tuple[Identification, list[str]]:
+def without_negatives(result: Identification, refit: Refit) -> tuple[Identification, list[str]]:
     """Return a fit without negative masses, friction and other impossible values, and a line for each of them.
 
     They are known to be 0 there, stiffnesses to be those of the file, and the others are fitted again. Raises

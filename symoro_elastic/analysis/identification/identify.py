@@ -15,6 +15,7 @@ from symoro_elastic.analysis.identification.estimation import (
     Estimation,
     Unknown,
     estimate,
+    fewest_rows,
     formula,
     refuse_short,
 )
@@ -34,6 +35,7 @@ from symoro_elastic.analysis.identification.filtering import (
 )
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
+from symoro_elastic.analysis.identification.possible import FLOOR, Data, Linear, Possible, made_possible
 from symoro_elastic.analysis.identification.regression import (
     Regressor,
     RegressorColumn,
@@ -41,7 +43,16 @@ from symoro_elastic.analysis.identification.regression import (
     regressor,
     zero_entries,
 )
-from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, Columns, Sensors, Torques, sought_sensors
+from symoro_elastic.analysis.identification.sensors import (
+    ALWAYS,
+    AUTO,
+    DELAY,
+    NEVER,
+    Columns,
+    Sensors,
+    Torques,
+    sought_sensors,
+)
 from symoro_elastic.analysis.identification.spikes import without_spikes
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array, BoolArray
@@ -58,6 +69,7 @@ RANK_STATES = 60  # random states of the structural rank
 PIECE = 4000  # samples evaluated at a time
 SIGNS = (1.0, -1.0)
 CLOSE = 4.0  # samples in a period of the Butterworth cut-off
+FAR = 200  # samples that tell what a unit of a parameter exerts
 
 
 @dataclass(frozen=True)
@@ -141,12 +153,21 @@ class Sampled:
 
 @dataclass(frozen=True)
 class Equations:
-    """tau = Y X of a machine: its regressor, the columns to estimate, values of those that are known."""
+    """tau = Y X of a machine: its regressor, and how its columns are grouped."""
 
     machine: Machine
     Y: Regressor
-    kept: tuple[int, ...]
-    known: Mapping[int, float]
+    linear: Linear
+
+    @property
+    def kept(self) -> tuple[int, ...]:
+        """The columns to estimate."""
+        return tuple(self.linear.sought[c] for c in self.linear.structure.kept)
+
+    @property
+    def known(self) -> Mapping[int, float]:
+        """Values of columns that are known."""
+        return self.linear.known
 
     def sampled(self, record: Measurements, chosen: Filter | None) -> Sampled:
         """Return a filtered record. Samples at which a joint's dry friction reverses do not count in its rows."""
@@ -239,6 +260,7 @@ class Identification(Result):
     springs: Array
     neutral: dict[str, tuple[float, float]] = field(default_factory=dict)
     sensors: Sensors = field(default_factory=Sensors)
+    possible: Possible | None = None
 
     @property
     def machine(self) -> Machine:
@@ -273,13 +295,16 @@ def identify(
     Y: Regressor | None = None,
     offsets: str = AUTO,
     delay: str = AUTO,
+    trust: float | None = None,
 ) -> Identification:
     """Return the parameters of a machine from one or several records of measurements.
 
     `values` are numbers of its named parameters (geometry), `known` values of columns that are not sought
     (`M13`, `FS5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
     decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` behind positions are
-    sought where data show them ("auto"), "always" or "never". Raises `InputError`.
+    sought where data show them ("auto"), "always" or "never". With `trust` bodies are possible, and records may be
+    short: it is how far the file's values are from the truth, relative, infinite where they only fill what data do not
+    tell. Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
@@ -288,25 +313,22 @@ def identify(
     step("trace")
     Y = Y or regressor(machine, values)
     fixed = _known(Y.columns, known or {}, machine)
-    sought = [c for c in range(len(Y.columns)) if c not in fixed]
     step("group")
-    structure = structural_grouping(Y, sought, machine)
-    equations = Equations(machine, Y, tuple(sought[c] for c in structure.kept), fixed)
-    correlation = chosen.correlation if chosen else (1.0,)
-    refuse_short(_equations(records, chosen), len(structure.kept), correlation, records[0].source)
-    _refuse_large(records, chosen, len(structure.kept))
+    equations = _grouped(machine, Y, fixed)
+    _refuse_amount(records, chosen, len(equations.kept), trust is not None)
     step("stack")
     stack = _Stack(equations, records, chosen)
     _refuse_zero_torques(stack.columns.torques(0.0)[0], records[0].source)
     step("solve")
-    unknowns = _unknowns(Y.columns, sought, structure)
-    sensors, estimation, tau = stack.estimated(unknowns, offsets, delay)
+    linear = equations.linear
+    unknowns = _unknowns(linear)
+    sensors, estimation, tau, found = stack.estimated(unknowns, offsets, delay, trust)
     springs = _springs(estimation, stack.columns.Y, unknowns)
-    kept = [Y.columns[c] for c in equations.kept]
-    before = [*_without_effect(Y.columns, sought, structure), *_zero_in_the_table(machine, kept)]
-    all_notes = (*stack.notes(before), *estimation.notes, *of_sensors(estimation, sensors, machine))
+    before = [*_without_effect(linear), *_zero_in_the_table(machine, [Y.columns[c] for c in equations.kept])]
+    of_bodies = found.notes if found else ()
+    all_notes = (*stack.notes(before), *estimation.notes, *of_sensors(estimation, sensors, machine), *of_bodies)
     neutral = _neutral(estimation, machine)
-    return Identification(equations, estimation, stack.t, tau, chosen, all_notes, springs, neutral, sensors)
+    return Identification(equations, estimation, stack.t, tau, chosen, all_notes, springs, neutral, sensors, found)
 
 
 class _Stack:
@@ -336,10 +358,32 @@ class _Stack:
         notes += [*(first.chosen.described() if first.chosen else ()), *of_columns]
         return notes + [line for x in self.sampled for line in of_encoders(x.record, x.motion, x.chosen, names)]
 
-    def estimated(self, unknowns: Sequence[Unknown], offsets: str, delay: str) -> tuple[Sensors, Estimation, Array]:
-        """Return what is sought of sensors, the estimation, and left sides."""
-        columns, machine = self.columns, self._equations.machine
-        refuse_short(_used(columns.Y), len(unknowns), usual_correlation(columns.correlation), self._source)
+    def _is_short(self, parameters: int) -> bool:
+        """Return whether rows are too few for least squares alone."""
+        return _used(self.columns.Y) < fewest_rows(parameters, usual_correlation(self.columns.correlation))
+
+    def _exerted(self) -> Array:
+        """Return what a unit of each column exerts at most on each joint, (n, columns)."""
+        Y = self._equations.Y
+        some = [x.motion.part(slice(None, None, max(1, len(x.motion.t) // FAR))) for x in self.sampled]
+        every = [np.abs(Y.evaluate(*motion, range(len(Y.columns)))).max(axis=0, initial=0.0) for motion in some]
+        most: Array = np.max(every, axis=0)
+        return most
+
+    def estimated(
+        self, unknowns: Sequence[Unknown], offsets: str, delay: str, trust: float | None
+    ) -> tuple[Sensors, Estimation, Array, Possible | None]:
+        """Return what is sought of sensors, the estimation, left sides, and bodies if they are to be possible.
+
+        Records may then be short: offsets are sought, a delay only where it must be.
+        """
+        columns, machine, floor = self.columns, self._equations.machine, None
+        is_short = self._is_short(len(unknowns))
+        if trust is None:
+            refuse_short(_used(columns.Y), len(unknowns), usual_correlation(columns.correlation), self._source)
+        elif is_short:
+            floor = FLOOR * np.abs(columns.torques(0.0)[0]).max(axis=0)
+            offsets, delay = (ALWAYS if offsets == AUTO else offsets), (NEVER if delay == AUTO else delay)
         sensors = sought_sensors(columns, offsets, delay)
         tau, slopes = columns.torques(sensors.delay)
         Y, noise = columns.joined(sensors.offsets, slopes if sensors.has_delay else None)
@@ -348,8 +392,13 @@ class _Stack:
         estimation = estimate(
             Y, tau, every, names, self._still, noise=noise, correlation=columns.correlation,
             repeating=columns.repeating, draws=columns.draws, doubts=sensors.doubts(columns), source=self._source,
+            floor=floor,
         )  # fmt: skip
-        return sensors, estimation, tau
+        if trust is None:
+            return sensors, estimation, tau, None
+        data = Data(Y, tau, self._exerted(), is_short)
+        fitted, bodies = made_possible(machine, self._equations.linear, data, estimation, trust)
+        return sensors, fitted, tau, bodies
 
 
 def _torques(equations: Equations, records: Sequence[Sampled], given: Array) -> Torques:
@@ -392,12 +441,15 @@ def _equations(records: Sequence[Measurements], chosen: Filter | None) -> int:
     return sum(len(chosen.starts(len(record.t) - 2 * chosen.trim)) * record.q.shape[1] for record in records)
 
 
-def _refuse_large(records: Sequence[Measurements], chosen: Filter | None, parameters: int) -> None:
-    """Raise `InputError` for equations that have no room; those with both twins of noise count."""
-    rows = _equations(records, chosen)
+def _refuse_amount(records: Sequence[Measurements], chosen: Filter | None, parameters: int, may_be_few: bool) -> None:
+    """Raise `InputError` for too few equations, unless they may be few, and for those that have no room; those with
+    both twins of noise count."""
+    rows, source = _equations(records, chosen), records[0].source
+    if not may_be_few:
+        refuse_short(rows, parameters, chosen.correlation if chosen else (1.0,), source)
     what = f"{rows} equations after filtering for {parameters} parameters"
     way_out = "use less of the record (--after, --before), or a lower --bandwidth"
-    refuse_numbers(3 * rows * parameters, what, records[0].source, "t", way_out)
+    refuse_numbers(3 * rows * parameters, what, source, "t", way_out)
 
 
 def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
@@ -427,6 +479,12 @@ def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machi
     return {numbers[label]: value for label, value in known.items()}
 
 
+def _grouped(machine: Machine, Y: Regressor, known: Mapping[int, float]) -> Equations:
+    """Return the equations of a machine with the columns that are not known, grouped."""
+    sought = tuple(c for c in range(len(Y.columns)) if c not in known)
+    return Equations(machine, Y, Linear(Y.columns, sought, structural_grouping(Y, sought, machine), known))
+
+
 def structural_grouping(Y: Regressor, sought: Sequence[int], machine: Machine, seed: int = 0) -> IndependentColumns:
     """Return independent columns and how the others join them, at random states."""
     W = Y.evaluate(*Y.states(RANK_STATES, seed), sought)
@@ -444,9 +502,8 @@ def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
     return [slice(some[0], some[-1] + chosen.window) for some in firsts]
 
 
-def _unknowns(
-    columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns
-) -> list[Unknown]:
+def _unknowns(linear: Linear) -> list[Unknown]:
+    columns, sought, structure = linear.columns, linear.sought, linear.structure
     nominal = structure.apply(np.array([columns[c].value for c in sought]))
     unknowns = []
     for k, kept in enumerate(structure.kept):
@@ -457,10 +514,8 @@ def _unknowns(
     return unknowns
 
 
-def _without_effect(
-    columns: Sequence[RegressorColumn], sought: Sequence[int], structure: IndependentColumns
-) -> list[str]:
-    labels = ", ".join(columns[sought[c]].label for c in structure.vanishing)
+def _without_effect(linear: Linear) -> list[str]:
+    labels = ", ".join(linear.columns[linear.sought[c]].label for c in linear.structure.vanishing)
     return [f"without effect on any torque of this machine: {labels}"] if labels else []
 
 

@@ -26,6 +26,22 @@ from symoro_elastic.foundation.results import (
 )
 from symoro_elastic.machine.machine import Machine
 
+
+def with_file(result: Identification) -> dict[str, float]:
+    """Return standard deviations with the file by label; none where it is not trusted."""
+    if result.possible is None or not math.isfinite(result.possible.trust):
+        return {}
+    return {e.unknown.label: x for e, x in zip(result.estimates, result.possible.with_file, strict=True)}
+
+
+def _bodies(result: Identification) -> dict[str, dict[str, float]]:
+    """Return parameters of possible bodies by name of the joint."""
+    found: dict[str, dict[str, float]] = {}
+    for (row, quantity), x in result.possible.values.items() if result.possible else ():
+        found.setdefault(result.machine.joint(row).name, {})[quantity] = x
+    return found
+
+
 declare(
     Estimate,
     Field("label", "unknown.label", json=False, column="label"),
@@ -56,6 +72,8 @@ declare(
     Field("samples", lambda x: len(x.t)),
     Field("not_identifiable", "estimation.not_identifiable"),
     Field("notes"),
+    Field("std_with_file", with_file),
+    Field("bodies", _bodies),
 )
 declare(Identified, Field("estimates", "found.estimates", rows=Estimate))
 
@@ -91,13 +109,16 @@ def file_values(result: Identification) -> dict[str, float]:
 
 def table(result: Identification, true: Mapping[str, float] | None = None, head: str = "true") -> str:
     """Return the estimates as aligned text; `true` values by label where they are known, under the title `head`."""
-    heads = ["parameter", *([head] if true is not None else []), "estimated", "std", "std %", "unit", "verdict"]
+    trusted = with_file(result)
+    of_std = ["std from data", "std with file"] if trusted else ["std"]
+    heads = ["parameter", *([head] if true is not None else []), "estimated", *of_std, "std %", "unit", "verdict"]
     rows = [heads]
     for e in result.estimates:
         given = [_number((true or {}).get(e.unknown.label, math.nan))] if true is not None else []
         percent = "-" if not math.isfinite(e.relative) else f"{100 * e.relative:.2g}"
         verdict = f"{e.verdict}: {e.reason}" if e.reason else str(e.verdict)
-        rows.append([e.unknown.formula, *given, _number(e.value), _number(e.std), percent, e.unknown.unit, verdict])
+        stds = [_number(e.std), *([_number(trusted[e.unknown.label])] if trusted else [])]
+        rows.append([e.unknown.formula, *given, _number(e.value), *stds, percent, e.unknown.unit, verdict])
     widths = [max(len(row[k]) for row in rows) for k in range(len(heads) - 1)]
     return "\n".join(
         "  ".join([row[0].ljust(widths[0]), *(x.rjust(w) for x, w in zip(row[1:-1], widths[1:], strict=True)), row[-1]])

@@ -25,7 +25,7 @@ from symoro_elastic.analysis.identification.filtering import (
     filtered_motion,
     smooth,
 )
-from symoro_elastic.analysis.identification.identified import machine_with_estimates, possible
+from symoro_elastic.analysis.identification.identified import machine_with_estimates, without_negatives
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import ByEquations, ByLinearity, RegressorColumn, regressor
 from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
@@ -289,7 +289,7 @@ def test_a_rotor_behind_a_ratio_is_saved_as_the_joint_feels_it(arm: Machine) -> 
 def saved_without_negatives(machine: Machine, measured: Measurements) -> tuple[Identification, list[str]]:
     """The fit that is saved."""
     found = identify(machine, measured, filtered=False)
-    return possible(found, lambda fixed: identify(machine, measured, known=fixed, filtered=False))
+    return without_negatives(found, lambda fixed: identify(machine, measured, known=fixed, filtered=False))
 
 
 def test_negative_values_are_zero_and_the_others_fitted_again(arm: Machine) -> None:
@@ -325,13 +325,13 @@ def test_a_negative_stiffness_is_that_of_the_file(elastic: Machine) -> None:
     """Where the file has none, it is refused."""
     fixed: list[Mapping[str, float]] = []
     good = of_spring(elastic, 40.0, 40.0)
-    found, lines = possible(of_spring(elastic, -1.0, 40.0), lambda known: fixed.append(dict(known)) or good)
+    found, lines = without_negatives(of_spring(elastic, -1.0, 40.0), lambda known: fixed.append(dict(known)) or good)
     assert fixed == [{"K2": 40.0}] and found is good
     assert lines[0].startswith("K2 = -1 is saved as 40, because it is physically impossible")
     with pytest.raises(
         InputError, match=r"known, K2: -1 was estimated, which no spring can have, and the file gives no value"
     ):
-        possible(of_spring(elastic, -1.0, math.nan), lambda _: good)
+        without_negatives(of_spring(elastic, -1.0, math.nan), lambda _: good)
 
 
 def test_negative_friction_is_noted(arm: Machine) -> None:

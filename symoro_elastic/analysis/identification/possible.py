@@ -1,0 +1,320 @@
+"""Parameters that bodies, friction and springs can have, nearest to data and to the machine's file.
+
+Data enter by their least-squares estimate X and its covariance C, so that noise of positions, correlated rows and
+doubts of sensors are in it: with x the standard parameters and U = P x the groups that torques depend on, the misfit is
+(U - X)^T C^-1 (U - X) / 2. The null space of P stays inside: there the file decides (`pseudo_inertia`), so all bodies
+are complete, and groups are their linear image. `trust` is about how far the file's bodies are from the truth: a mass
+and its inertia scaled by 1 + e cost 2 lam e^2, which is e^2 / (2 trust^2) for lam = 1 / (4 trust^2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.estimation import ABSORBED, Estimation, Unknown
+from symoro_elastic.analysis.identification.pseudo_inertia import RADIUS, Prior, lifted, nearest, pseudo_inertia
+from symoro_elastic.analysis.identification.regression import RegressorColumn
+from symoro_elastic.analysis.identification.sensors import OFFSET
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.packages import for_identification
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.regressor import INERTIAL
+from symoro_elastic.numerics.independence import IndependentColumns
+
+LEAST_LAM = 1e-6  # of constraints alone
+GUESSED_LAM = 0.25  # most for values that the file does not give: trust 1
+GUESSES = {"IA": 0.01, "FV": 0.02, "FS": 0.02, "DA": 0.02, "K": 1.0}
+"""Scalars that are positive, and what they exert where the file gives none, of the largest torque."""
+OFFSETS = 0.03  # of the largest torque: standard deviation of offsets in short records
+NEUTRAL = 0.1  # of the largest torque: least standard deviation of K q0
+PINNED = 1e-5  # of the size of a known value of a body: its standard deviation
+SINGULAR = 1e-13  # of the largest eigenvalue of a correlation: rounding
+FROM_FILE = 3.0  # times narrower with the file than from data
+CHANCE = 0.99
+FLOOR = 0.02  # of the largest torque: least noise of records that are short
+SHORT = (
+    "the record is short: fewer than two equations for each parameter, so noise is taken for at least "
+    f"{100 * FLOOR:g} % of the largest torque, and offsets for {100 * OFFSETS:g} %"
+)
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Parameters that torques depend on: columns of the regressor, those that are sought and how they are grouped,
+    values of the others."""
+
+    columns: Sequence[RegressorColumn]
+    sought: Sequence[int]
+    structure: IndependentColumns
+    known: Mapping[int, float]
+
+
+@dataclass(frozen=True)
+class Data:
+    """Rows (rows, n, unknowns), their left sides (rows, n), what a unit of each column of the regressor exerts at most
+    on each joint (n, columns), whether rows are too few for least squares alone."""
+
+    Y: Array
+    tau: Array
+    exerted: Array
+    is_short: bool
+
+    @property
+    def largest(self) -> Array:
+        """Largest torque of each joint (n); where none is measured, that of all."""
+        largest: Array = np.abs(self.tau).max(axis=0, initial=0.0)
+        return np.where(largest > 0, largest, float(largest.max(initial=0.0)) or 1.0)
+
+    def alone(self, c: int) -> float:
+        """Return the value of column c whose torque would be the largest one of its joint."""
+        row = int(np.argmax(self.exerted[:, c]))
+        return float(self.largest[row]) / (float(self.exerted[row, c]) or 1.0)
+
+    def sizes(self, U: Array, sigma: Array) -> float:
+        """Return residuals of groups U in per cent of torques, rows weighted."""
+        left, whole = (np.sqrt((x**2).sum()) for x in ((self.tau - self.Y @ U) / sigma, self.tau / sigma))
+        return float(100 * left / whole)
+
+
+@dataclass(frozen=True)
+class Possible:
+    """Values of all parameters by row of the table and quantity, standard deviations of the estimates with the file
+    (NaN without trust in it), the misfit over that of least squares (chi squared), and notes."""
+
+    trust: float
+    values: Mapping[tuple[int, str], float]
+    with_file: tuple[float, ...]
+    misfit: float
+    notes: tuple[str, ...]
+
+    def bodies(self) -> dict[int, Array]:
+        """Return pseudo-inertias by row of the table."""
+        return _bodies(self.values)
+
+
+def made_possible(
+    machine: Machine, linear: Linear, data: Data, estimation: Estimation, trust: float
+) -> tuple[Estimation, Possible]:
+    """Return the estimation with values that bodies can have, and these.
+
+    Standard deviations from data and verdicts stay those of least squares. Raises `InputError` for known values that no
+    body has.
+    """
+    unknowns = [e.unknown for e in estimation.estimates]
+    lam = max(LEAST_LAM, 1 / (4 * trust**2))
+    start = _Start(machine, linear, data, unknowns)
+    P, (A, b) = start.groups(), _of_data(estimation)
+    pins, pinned = start.pins()
+    A = A @ P
+    found = nearest(start.prior(lam), np.concatenate([A, pins]), np.concatenate([b, pinned]), lam)
+    values = start.values(found.x)
+    _refuse_impossible(machine, values)
+    U, misfit = P @ found.x, float(((A @ found.x - b) ** 2).sum())
+    with_file = np.sqrt(np.diag(P @ found.covariance @ P.T)) if math.isfinite(trust) else np.full(len(U), math.nan)
+    notes = [*start.notes(), *_rise(estimation, data, U, misfit, len(A)), *_of_deviations(estimation, with_file, trust)]
+    return _with_values(estimation, U, data), Possible(trust, values, tuple(with_file.tolist()), misfit, tuple(notes))
+
+
+@dataclass(frozen=True)
+class _Start:
+    """Parameters x: ten of each body, scalars that are positive, free ones; and what the file says of them."""
+
+    machine: Machine
+    linear: Linear
+    data: Data
+    unknowns: Sequence[Unknown]
+
+    @cached_property
+    def places(self) -> dict[tuple[int, str], int]:
+        """Columns of the regressor by row of the table and quantity."""
+        return {(column.row, column.quantity): c for c, column in enumerate(self.linear.columns)}
+
+    @cached_property
+    def rows(self) -> list[int]:
+        """Rows of the table with a body."""
+        return sorted({row for row, quantity in self.places if quantity == "M"})
+
+    @cached_property
+    def scalars(self) -> list[int]:
+        """Columns of scalars that are positive."""
+        return [c for c in self.linear.sought if self.linear.columns[c].quantity in GUESSES]
+
+    @cached_property
+    def neutral(self) -> list[int]:
+        """Columns of K q0, which may be negative."""
+        return [c for c in self.linear.sought if self.linear.columns[c].quantity == "KQ"]
+
+    @cached_property
+    def order(self) -> list[int]:
+        """Columns of x; those of sensors follow."""
+        bodies = [self.places[j, name] for j in self.rows for name in INERTIAL]
+        return [*bodies, *self.scalars, *self.neutral]
+
+    @property
+    def sensors(self) -> list[Unknown]:
+        """Offsets and the delay."""
+        return list(self.unknowns[len(self.linear.structure.kept) :])
+
+    def groups(self) -> Array:
+        """Return P of U = P x."""
+        structure, own = self.linear.structure, {c: k for k, c in enumerate(self.order)}
+        P = np.zeros((len(self.unknowns), len(own) + len(self.sensors)))
+        for k, kept in enumerate(structure.kept):
+            for c, factor in ((kept, 1.0), *structure.terms(k)):
+                P[k, own[self.linear.sought[c]]] = factor
+        last = np.arange(len(self.sensors))
+        P[len(structure.kept) + last, len(own) + last] = 1.0
+        return P
+
+    @cached_property
+    def _bodies(self) -> list[tuple[Array, bool]]:
+        """Bodies of the file, and whether no body has these values."""
+        given = {j: np.array([self._of_file(self.places[j, name]) for name in INERTIAL]) for j in self.rows}
+        masses = [x[-1] for x in given.values() if x[-1] > 0]
+        mass = float(np.median(masses)) if masses else 1.0
+        return [lifted(pseudo_inertia(_completed(x, mass)), mass) for x in given.values()]
+
+    def _of_file(self, c: int) -> float:
+        return self.linear.known.get(c, self.linear.columns[c].value)
+
+    def prior(self, lam: float) -> Prior:
+        """Return bodies, scalars and free values of the file."""
+        columns = self.linear.columns
+        given = [columns[c].value for c in self.scalars]
+        guessed = [GUESSES[columns[c].quantity] * self.data.alone(c) for c in self.scalars]
+        scalars = [x if x > 0 else other for x, other in zip(given, guessed, strict=True)]
+        weights = [1.0 if x > 0 else min(lam, GUESSED_LAM) / lam for x in given]
+        neutral = [float(np.nan_to_num(columns[c].value)) for c in self.neutral]
+        beside = [max(abs(x), NEUTRAL * self.data.alone(c)) for x, c in zip(neutral, self.neutral, strict=True)]
+        of_sensors = [self._deviation(k, unknown) for k, unknown in enumerate(self.sensors)]
+        by_lam = [True] * len(neutral) + [False] * len(of_sensors)
+        bodies = np.array([J for J, _ in self._bodies]).reshape(-1, 4, 4)
+        free = np.array([*neutral, *[0.0] * len(of_sensors)])
+        deviations = np.array([*beside, *of_sensors])
+        return Prior(bodies, np.array(scalars), np.array(weights), free, deviations, np.array(by_lam, dtype=bool))
+
+    def _deviation(self, k: int, unknown: Unknown) -> float:
+        """Return the standard deviation that an offset, or a delay, has before data."""
+        column = self.data.Y[:, :, len(self.linear.structure.kept) + k]
+        row = int(np.abs(column).max(axis=0).argmax())
+        size = float(self.data.largest[row]) / (float(np.abs(column[:, row]).max()) or 1.0)
+        return OFFSETS * size if unknown.quantity == OFFSET and self.data.is_short else size
+
+    def pins(self) -> tuple[Array, Array]:
+        """Return rows that hold known values of bodies."""
+        known = [(k, c) for k, c in enumerate(self.order) if c in self.linear.known]
+        rows, right = np.zeros((len(known), len(self.order) + len(self.sensors))), np.zeros(len(known))
+        sizes = _sizes([J for J, _ in self._bodies])
+        for row, (k, c) in enumerate(known):
+            rows[row, k] = 1 / (PINNED * sizes[k])
+            right[row] = self.linear.known[c] * rows[row, k]
+        return rows, right
+
+    def values(self, x: Array) -> dict[tuple[int, str], float]:
+        """Return the values of all parameters by row of the table and quantity, known ones as they are given."""
+        found = dict(zip(self.order, x.tolist(), strict=False)) | dict(self.linear.known)
+        return {key: found[c] for key, c in self.places.items()}
+
+    def notes(self) -> list[str]:
+        """Return what is said of the file."""
+        changed = [self.machine.joint(j).name for j, (_, is_new) in zip(self.rows, self._bodies, strict=True) if is_new]
+        columns = self.linear.columns
+        guessed = [columns[c].label for c in self.scalars if not columns[c].value > 0]
+        notes = [SHORT] if self.data.is_short else []
+        if changed:
+            what = "no body has the values of the file (or they are not known), the nearest possible ones are its prior"
+            notes.append(f"{', '.join(changed)}: {what}")
+        if guessed:
+            notes.append(
+                f"the file has no positive value of {', '.join(guessed)}: a share of the torques is their prior"
+            )
+        return notes
+
+
+def _completed(x: Array, mass: float) -> Array:
+    """Return parameters of a body with a ball in place of what is not known (NaN)."""
+    x = x.copy()
+    x[-1] = mass if math.isnan(x[-1]) else x[-1]
+    x[6:9] = np.nan_to_num(x[6:9])
+    if np.isnan(x[:6]).any():
+        m, h = max(x[-1], 0.0) or mass, x[6:9]
+        tensor = m * RADIUS**2 * np.eye(3) + (h @ h * np.eye(3) - np.outer(h, h)) / m
+        x[:6] = np.where(np.isnan(x[:6]), tensor[(0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)], x[:6])
+    return x
+
+
+def _sizes(bodies: Sequence[Array]) -> Array:
+    """Return how large inertias, moments and masses of bodies are, ten each."""
+    each = [(float(np.trace(J[:3, :3])), J[3, 3]) for J in bodies]
+    return np.array([x for s, m in each for x in (*[s] * 6, *[math.sqrt(s * m)] * 3, m)])
+
+
+def _bodies(values: Mapping[tuple[int, str], float]) -> dict[int, Array]:
+    rows = sorted({row for row, quantity in values if quantity == "M"})
+    return {j: pseudo_inertia(np.array([values[j, name] for name in INERTIAL])) for j in rows}
+
+
+def _refuse_impossible(machine: Machine, values: Mapping[tuple[int, str], float]) -> None:
+    for j, J in _bodies(values).items():
+        if np.linalg.eigvalsh(J).min() <= 0:
+            what = "no body has the values that are given as known, with any others"
+            raise machine.error(f"--known, joint {j} ({machine.joint(j).name})", f"{what}: give fewer, or other ones")
+
+
+def _of_data(estimation: Estimation) -> tuple[Array, Array]:
+    """Return rows R Q and R X of unit deviation: Q takes unknowns to what data tell, R^T R = C^-1."""
+    solution, grouping = estimation.solution, estimation.grouping
+    Q = np.zeros((len(grouping.kept), len(estimation.estimates)))
+    Q[np.arange(len(grouping.kept)), list(grouping.kept)] = 1.0
+    Q[:, list(grouping.dropped)] = grouping.beta
+    values, vectors = np.linalg.eigh(solution.covariance / np.outer(solution.std, solution.std))
+    R = (vectors / np.sqrt(np.maximum(values, SINGULAR * values[-1]))).T / solution.std
+    return R @ Q, R @ solution.X
+
+
+def _with_values(estimation: Estimation, U: Array, data: Data) -> Estimation:
+    """Return the estimation with other values of all unknowns."""
+    kept, count = list(estimation.grouping.kept), len(U)
+    covariance = np.full((count, count), math.nan)
+    covariance[np.ix_(kept, kept)] = estimation.solution.covariance
+    predicted = data.Y @ U
+    solution = replace(
+        estimation.solution, X=U, covariance=covariance, predicted=predicted, residuals=data.tau - predicted
+    )
+    pairs = zip(estimation.estimates, U.tolist(), strict=True)
+    estimates = tuple(replace(e, value=e.unknown.about + x) for e, x in pairs)
+    every = IndependentColumns(tuple(range(count)), (), (), np.zeros((count, 0)))
+    notes = tuple(note for note in estimation.notes if not note.startswith(ABSORBED))
+    return replace(estimation, estimates=estimates, solution=solution, grouping=every, notes=notes)
+
+
+def _rise(estimation: Estimation, data: Data, U: Array, misfit: float, told: int) -> list[str]:
+    """Return a line on what possible bodies cost, and one where that is more than chance."""
+    own, sigma = np.zeros(len(U)), estimation.solution.sigma
+    own[list(estimation.grouping.kept)] = estimation.solution.X
+    before, after = data.sizes(own, sigma), data.sizes(U, sigma)
+    what = f"all bodies are possible: residuals {after:.3g} % of the torque, {before:.3g} % by least squares alone"
+    notes = [f"{what} (chi2 {misfit:.3g} for {told} values that data tell)"]
+    if misfit > for_identification("scipy.stats").chi2.ppf(CHANCE, told):
+        what = (
+            "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file"
+        )
+        notes.append(
+            f"{what}, so the model lacks something (friction, a sensor's law), or the file is trusted too much"
+        )
+    return notes
+
+
+def _of_deviations(estimation: Estimation, with_file: Array, trust: float) -> list[str]:
+    """Return what standard deviations mean."""
+    if not math.isfinite(trust):
+        return ["standard deviations are those of least squares: right, or too wide, for bodies are possible"]
+    pairs = zip(estimation.estimates, with_file.tolist(), strict=True)
+    own = [e.unknown.label for e, std in pairs if not e.std < FROM_FILE * std]
+    what = f"standard deviations with the file are as good as the trust: bodies right to about {100 * trust:.3g} %"
+    return [what, *([f"from the file rather than from data: {', '.join(own)}"] if own else [])]
