@@ -131,7 +131,6 @@ def solve(
     repeating: bool = False,
     draws: Draws | None = None,
     doubts: Sequence[Array] = (),
-    floor: Array | None = None,
 ) -> LeastSquares:
     """Return the weighted least squares solution of Y (samples, n, c) X = tau (samples, n).
 
@@ -144,21 +143,20 @@ def solve(
     that pull (bias-compensated least squares, Soederstrom 2007). Noises are `repeating` where a motion that repeats
     repeats them, as the staircase of an encoder. `draws` gives what many of them do to Y X: where noise depends on the
     phase of the motion, its covariance with the columns is not that of spectral densities. `doubts` are errors of tau
-    of one standard deviation, each with one factor for all rows ("considered", not sought). Rows are taken to have at
-    least noise of standard deviations `floor` (n), for a fit of few rows leaves nearly nothing.
+    of one standard deviation, each with one factor for all rows ("considered", not sought).
     """
     correlation = alike((1.0,), *Y.shape[:2]) if correlation is None else correlation
     first: Array | None = None
-    sigma, floor = np.ones(Y.shape[1]), np.zeros(Y.shape[1]) if floor is None else floor
+    sigma = np.ones(Y.shape[1])
     for _ in range(rounds + 1):
         X = _weighted(Y, tau, sigma, noise)[0]
         found = _law(Y, tau, X, sigma, noise, correlation, repeating)
-        deviations = np.maximum(sigma * np.sqrt(found.variance), floor)
+        deviations = sigma * np.sqrt(found.variance)
         first = deviations if first is None else first
         sigma = np.maximum(deviations, np.maximum(_smallest(Y, X, tau, deviations), COLLAPSE * first))
     X, spread, condition, share = _weighted(Y, tau, sigma, noise)
     predicted = Y @ X
-    found = _law(Y, tau, X, sigma, noise, correlation, repeating).at_least(floor / sigma)
+    found = _law(Y, tau, X, sigma, noise, correlation, repeating)
     raised = colours(found, (tau - predicted) / sigma)
     drawn = [] if draws is None else [D / sigma * raised for D in draws(X)]
     covariance = spread @ _of_scores(Y / sigma[:, None], found.scaled(raised), correlation, drawn) @ spread
@@ -166,6 +164,14 @@ def solve(
         pull = _weighted(Y, doubt, sigma, noise)[0]
         covariance = covariance + np.outer(pull, pull)
     return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, raised)
+
+
+def solved_with(Y: Array, tau: Array, sigma: Array, correlation: Sequence[float]) -> LeastSquares:
+    """Return the least squares solution for white noise of known standard deviations sigma (n) before averaging."""
+    X, spread, condition, share = _weighted(Y, tau, sigma, ())
+    predicted = Y @ X
+    covariance = spread * (2 * sum(correlation) - correlation[0])
+    return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, np.ones(len(sigma)))
 
 
 def _of_scores(Y: Array, law: Noise, correlation: Array, drawn: Sequence[Array]) -> Array:
@@ -245,36 +251,34 @@ def estimate(
     draws: Draws | None = None,
     doubts: Sequence[Array] = (),
     source: str = "measurements",
-    floor: Array | None = None,
+    least: int = FEWEST_ROWS,
+    sigma: Array | None = None,
 ) -> Estimation:
     """Estimate the unknowns, one for each column of Y (samples, n, c), from tau (samples, n).
 
     Columns that the motion leaves zero or dependent are dropped by QR (Gautier 1991) and named. `still` are joints
-    (0-based) that do not move. Raises `InputError` where there are too few samples and no `floor` of noise is given, or
-    nothing to be found.
+    (0-based) that do not move. Noise of standard deviations `sigma` is given where rows are too few to tell it. Raises
+    `InputError` for less than `least` independent equations for each parameter, or where there is nothing to be found.
     """
     rows = int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
     correlation = alike((1.0,), *Y.shape[:2]) if correlation is None else correlation
-    if floor is None:
-        refuse_short(rows, len(unknowns), usual_correlation(correlation), source)
+    refuse_short(rows, len(unknowns), usual_correlation(correlation), source, least)
     grouping = independent_columns(balanced(Y), tolerance)
     if not grouping.kept:
         raise InputError(source, "q", "this motion excites no parameter: move every joint, and move it faster")
     kept = list(grouping.kept)
-    some = None if draws is None else of_columns(draws, kept, Y.shape[2])
-    noises = [D[:, :, kept] for D in noise]
-    solution = solve(Y[:, :, kept], tau, WEIGHTINGS, noises, correlation, repeating, some, doubts, floor)
+    rest = correlation, repeating, None if draws is None else of_columns(draws, kept, Y.shape[2]), doubts
+    if sigma is None:
+        solution = solve(Y[:, :, kept], tau, WEIGHTINGS, [D[:, :, kept] for D in noise], *rest)
+    else:
+        solution = solved_with(Y[:, :, kept], tau, sigma, usual_correlation(correlation))
     names = {j: joints[j] for j in still}
     hidden = _hidden(Y[:, :, kept], tau, solution, joints)
     estimates = {c: _judged(k, c, grouping, unknowns, solution, Y, hidden) for k, c in enumerate(kept)}
     estimates |= {c: _lost(unknowns[c], names) for c in grouping.vanishing}
     estimates |= {c: _inseparable(c, grouping, unknowns, names) for c in grouping.dropped}
-    notes = (
-        *_consistency(estimates.values()),
-        *_whiteness(solution, joints),
-        *_standing(names),
-        *_absorbed(estimates.values()),
-    )
+    every = estimates.values()
+    notes = (*_consistency(every), *_whiteness(solution, joints), *_standing(names), *_absorbed(every))
     return Estimation(tuple(estimates[c] for c in range(len(unknowns))), solution, grouping, tuple(joints), notes)
 
 
@@ -298,20 +302,22 @@ def formula(label: str, terms: Sequence[tuple[str, float]]) -> str:
     return text
 
 
-def refuse_short(rows: int, parameters: int, correlation: Sequence[float], source: str) -> None:
-    """Raise `InputError` for fewer than two independent equations for each parameter.
+def refuse_short(
+    rows: int, parameters: int, correlation: Sequence[float], source: str, enough: int = FEWEST_ROWS
+) -> None:
+    """Raise `InputError` for fewer than two independent equations for each parameter, or than are `enough`.
 
     `rows` with such correlations to those 0, 1, 2 ... rows later are worth fewer independent ones.
     """
-    least = fewest_rows(parameters, correlation)
+    least = fewest_rows(parameters, correlation, enough)
     if rows < least:
         what = f"{rows} equations after filtering for {parameters} parameters: at least {least} are needed"
         raise InputError(source, "t", f"{what}: measure longer, or give known values")
 
 
-def fewest_rows(parameters: int, correlation: Sequence[float]) -> int:
-    """Return how many rows so correlated are two independent equations for each parameter."""
-    return math.ceil(FEWEST_ROWS * parameters * (2 * sum(correlation) - correlation[0]))
+def fewest_rows(parameters: int, correlation: Sequence[float], each: int = FEWEST_ROWS) -> int:
+    """Return how many rows so correlated are two independent equations for each parameter, or as many as are asked."""
+    return math.ceil(each * parameters * (2 * sum(correlation) - correlation[0]))
 
 
 def balanced(Y: Array) -> Array:

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.analysis.identification.estimation import (
+    FEWEST_ROWS,
     Draws,
     Estimate,
     Estimation,
@@ -44,13 +45,12 @@ from symoro_elastic.analysis.identification.regression import (
     zero_entries,
 )
 from symoro_elastic.analysis.identification.sensors import (
-    ALWAYS,
     AUTO,
     DELAY,
-    NEVER,
     Columns,
     Sensors,
     Torques,
+    sensors_of_few,
     sought_sensors,
 )
 from symoro_elastic.analysis.identification.spikes import without_spikes
@@ -377,22 +377,21 @@ class _Stack:
 
         Records may then be short: offsets are sought, a delay only where it must be.
         """
-        columns, machine, floor = self.columns, self._equations.machine, None
-        is_short = self._is_short(len(unknowns))
+        columns, machine, source = self.columns, self._equations.machine, self._source
+        is_short, least = self._is_short(len(unknowns)), 0
         if trust is None:
-            refuse_short(_used(columns.Y), len(unknowns), usual_correlation(columns.correlation), self._source)
-        elif is_short:
-            floor = FLOOR * np.abs(columns.torques(0.0)[0]).max(axis=0)
-            offsets, delay = (ALWAYS if offsets == AUTO else offsets), (NEVER if delay == AUTO else delay)
-        sensors = sought_sensors(columns, offsets, delay)
+            least = FEWEST_ROWS
+            refuse_short(_used(columns.Y), len(unknowns), usual_correlation(columns.correlation), source)
+        sensors = sensors_of_few(columns, offsets, delay) if is_short else sought_sensors(columns, offsets, delay)
         tau, slopes = columns.torques(sensors.delay)
         Y, noise = columns.joined(sensors.offsets, slopes if sensors.has_delay else None)
         every = [*unknowns, *sensors.unknowns(machine)]
         names = tuple(joint.name for joint in machine.independent_joints)
+        sigma = FLOOR * np.abs(tau).max(axis=0) if is_short else None
         estimation = estimate(
             Y, tau, every, names, self._still, noise=noise, correlation=columns.correlation,
-            repeating=columns.repeating, draws=columns.draws, doubts=sensors.doubts(columns), source=self._source,
-            floor=floor,
+            repeating=columns.repeating, draws=columns.draws, doubts=sensors.doubts(columns), source=source,
+            least=least, sigma=sigma,
         )  # fmt: skip
         if trust is None:
             return sensors, estimation, tau, None

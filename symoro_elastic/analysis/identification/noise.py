@@ -101,13 +101,6 @@ class Noise:
         torques = None if self.torques is None else self.torques.scaled(factors)
         return Noise(self.density * np.outer(factors, factors), self.rows, torques)
 
-    def at_least(self, deviations: Array) -> Noise:
-        """Return the noise with torques' noise of such standard deviations (n), or more."""
-        if self.torques is None:
-            return self
-        variance = np.maximum(self.torques.variance, deviations**2)
-        return Noise(self.density, self.rows, Averages(variance, self.torques.correlation))
-
     def of_scores(self, Y: Array) -> Array:
         """Return the covariance (c, c) of sum over rows and joints of Y (rows, n, c) times the noise."""
         both = self._of_positions(Y)

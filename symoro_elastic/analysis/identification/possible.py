@@ -39,7 +39,7 @@ CHANCE = 0.99
 FLOOR = 0.02  # of the largest torque: least noise of records that are short
 SHORT = (
     "the record is short: fewer than two equations for each parameter, so noise is taken for at least "
-    f"{100 * FLOOR:g} % of the largest torque, and offsets for {100 * OFFSETS:g} %"
+    f"{100 * FLOOR:g} % of the largest torque, offsets within {100 * OFFSETS:g} %, and the file needs trust (--trust 0.3)"
 )
 
 

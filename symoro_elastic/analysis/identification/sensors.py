@@ -98,6 +98,12 @@ def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
     return _sensors(columns, motors, offsets, late[0] if late and lasting else None)
 
 
+def sensors_of_few(columns: Columns, offsets: str, delay: str) -> Sensors:
+    """Return what is sought where rows are too few to show it: offsets, which are small, and no delay unless always."""
+    motors = () if offsets == NEVER else tuple(range(columns.offsets.shape[2]))
+    return Sensors(motors, delay == ALWAYS)
+
+
 def _sensors(columns: Columns, motors: Sequence[int], seek: str, delay: float | None) -> Sensors:
     """Return the offsets that are sought beside a delay."""
     tau, slope = columns.torques(delay or 0.0)

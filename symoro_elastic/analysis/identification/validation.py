@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.filtering import Filter, default_filter
+from symoro_elastic.analysis.identification.filtering import Filter, default_filter, smooth
 from symoro_elastic.analysis.identification.identify import Identification, Sampled
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
@@ -25,7 +25,9 @@ class Fit:
     of that of the torques that the sought parameters explain. Both are of averages over windows.
 
     `counted` is the share of samples in them, in per cent: dry friction does not reverse there. `sample_percent` is of
-    every sample, with noise of torques, at rest and at reversals, too. Both are of other records than those fitted.
+    every sample, with noise of torques, at rest and at reversals, too; `band_percent` of every sample, both sides
+    through the Butterworth filter of positions: what is faster than the motion is noise. They are of records that were
+    not fitted.
     """
 
     source: str
@@ -33,6 +35,7 @@ class Fit:
     percent: dict[str, float]
     counted: dict[str, float] = field(default_factory=dict)
     sample_percent: dict[str, float] = field(default_factory=dict)
+    band_percent: dict[str, float] = field(default_factory=dict)
 
 
 def own_fit(result: Identification) -> Fit:
@@ -48,14 +51,12 @@ def validation_of(result: Identification, record: Measurements) -> Fit:
         raise InputError(record.source, "t", "too short to validate anything: give a longer record")
     tau = result.equations.torques(sampled, result.delay)[0] - rows.given
     averaged = _fit(result.machine, tau, tau - _predicted(result, rows.Y, rows.offsets), record.source)
-    counted, percent = _by_samples(result, sampled, list(averaged.residual))
-    return replace(averaged, counted=counted, sample_percent=percent)
+    counted, percent, in_band = _by_samples(result, sampled, list(averaged.residual))
+    return replace(averaged, counted=counted, sample_percent=percent, band_percent=in_band)
 
 
-def _by_samples(
-    result: Identification, sampled: Sampled, joints: Sequence[str]
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Return by joint the share of samples that counted in per cent, the residual of every sample in per cent."""
+def _by_samples(result: Identification, sampled: Sampled, joints: Sequence[str]) -> list[dict[str, float]]:
+    """Return by joint in per cent the share of samples that counted, the residual of every sample, and in the band."""
     motion, equations = sampled.motion, result.equations
     late = equations.Y.joint_torques(motion.q, sampled.torques(result.delay)[0])
     residual, torque = np.zeros_like(late), np.zeros_like(late)
@@ -66,12 +67,18 @@ def _by_samples(
         torque[piece] = late[piece] - equations.given((q, qd, qdd))
         predicted = _predicted(result, equations.Y.evaluate(q, qd, qdd, equations.kept), offsets)
         residual[piece] = torque[piece] - predicted
-    counted = 100 * sampled.counted.mean(axis=0)
-    size = np.sqrt((torque**2).mean(axis=0))
-    percent = 100 * np.sqrt((residual**2).mean(axis=0)) / np.where(size > 0, size, np.nan)
+    chosen = sampled.chosen
+    slow = [residual, torque] if chosen is None else [smooth(x, chosen) for x in (residual, torque)]
+    found = 100 * sampled.counted.mean(axis=0), _percent(residual, torque), _percent(*slow)
     places = {joint.name: k for k, joint in enumerate(result.machine.independent_joints)}
-    shares, errors = ({name: float(x[places[name]]) for name in joints} for x in (counted, percent))
-    return shares, errors
+    return [{name: float(x[places[name]]) for name in joints} for x in found]
+
+
+def _percent(residual: Array, torque: Array) -> Array:
+    """Return residuals in per cent of torques, (n)."""
+    size = np.sqrt((torque**2).mean(axis=0))
+    percent: Array = 100 * np.sqrt((residual**2).mean(axis=0)) / np.where(size > 0, size, np.nan)
+    return percent
 
 
 def _predicted(result: Identification, Y: Array, offsets: Array) -> Array:

@@ -61,6 +61,7 @@ declare(
     Field("residual_percent", "percent"),
     Field("counted_percent", "counted"),
     Field("sample_percent"),
+    Field("band_percent"),
 )
 declare(
     Identification,
@@ -148,6 +149,7 @@ def _residuals(fit: Fit, machine: Machine) -> list[str]:
     }
     for name, counted in fit.counted.items():
         every = f"sample by sample {fit.sample_percent[name]:.3g} %"
+        every += f", in the band of the motion {fit.band_percent[name]:.3g} %"
         lines[name] += f", of averages over {counted:.3g} % of the samples (not at reversals or rest); {every}"
     return list(lines.values())
 
