@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from symoro_elastic.api.rows import SEEKING, MachineLike, Range, Ranges, Record,
 from symoro_elastic.foundation.errors import InputError, among
 
 if TYPE_CHECKING:
+    from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
     from symoro_elastic.analysis.identification.identified import Identified
     from symoro_elastic.analysis.identification.trajectory import ExcitingTrajectory
     from symoro_elastic.analysis.time_series.measurements import Measurements
@@ -91,7 +92,9 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     known = _values_of(options.known)
     among((options.offsets,), SEEKING, "--offsets")
     among((options.delay,), SEEKING, "--delay")
-    trust = _trust(options)
+    trust, laws = _trust(options), _laws(options, driven)
+    behind = _link_side(options, driven)
+    known = {**dict.fromkeys(behind, 0.0), **known}
     options.announce("read")
     if not isinstance(records, str | Path | Mapping) and not len(records):
         raise InputError("symoro-elastic", "--records", "no record is given: give a file, or columns by name")
@@ -99,9 +102,39 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     read = tuple(_record(one, driven, prepare) for one in several)
     other = None if options.validate is None else _record(options.validate, driven, prepare)
     seek = options.offsets, options.delay
-    result = fit(driven, read, values, known, options.bandwidth, True, options.announce, None, *seek, trust)
+    result = fit(driven, read, values, known, options.bandwidth, True, options.announce, None, *seek, trust, laws)
     checked = validation_of(result, other) if other else None
-    return Identified(result, read, of_file, values, known, options.bandwidth, checked, *seek)
+    return Identified(result, read, of_file, values, known, options.bandwidth, checked, *seek, tuple(behind))
+
+
+def _rows(names: Sequence[str], machine: Machine, option: str) -> list[int]:
+    """Return rows of the table of motors by name, or of all."""
+    motors = {machine.joint(j).name: j for j in machine.motors}
+    among(tuple(names), (*motors, "all"), option)
+    return list(motors.values()) if "all" in names else [motors[name] for name in dict.fromkeys(names)]
+
+
+def _link_side(options: Identifying, machine: Machine) -> list[str]:
+    """Return labels of what a torque behind the transmission does not show."""
+    from symoro_elastic.machine.labels import ParameterLabels
+
+    labels = ParameterLabels(machine)
+    rows = _rows(options.link_side, machine, "--link-side")
+    return [labels(j, quantity) for j in rows for quantity in ("IA", "FV", "FS")]
+
+
+def _laws(options: Identifying, machine: Machine) -> FrictionLaws:
+    """Return the laws of friction that are asked for."""
+    from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
+
+    for name, velocity in options.stribeck.items():
+        if not (math.isfinite(velocity) and velocity > 0):
+            raise InputError("symoro-elastic", "--stribeck", f"{name}={velocity:g}: give a velocity above 0")
+    rows = _rows(tuple(options.stribeck), machine, "--stribeck")
+    velocities = dict(zip(rows, options.stribeck.values(), strict=True))
+    return FrictionLaws(
+        tuple(_rows(options.load_friction, machine, "--load-friction")), velocities, options.temperatures
+    )
 
 
 def _trust(options: Identifying) -> float | None:

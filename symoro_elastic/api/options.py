@@ -591,6 +591,19 @@ class Identifying(Options, kw_only=False):
         "auto", "WHEN", "Whether a delay of torques behind positions is sought: {names} (auto: where data show it).",
         names=lambda: SEEKING,
     )  # fmt: skip
+    load_friction: Sequence[str] = option(
+        (), "MOTOR|all", "Motor whose dry friction rises with the torque through its transmission (FL).", kinds.TEXTS,
+        of_machine=motors_or_all,
+    )  # fmt: skip
+    stribeck: Values = option(
+        {}, "MOTOR=V", "Velocity, rad/s or m/s, at which half of static less coulomb friction is left (FB).",
+        kinds.NUMBERS,
+    )  # fmt: skip
+    link_side: Sequence[str] = option(
+        (), "MOTOR|all", "Motor whose torque is measured behind its transmission, so that no rotor or friction shows.",
+        kinds.TEXTS, of_machine=motors_or_all,
+    )  # fmt: skip
+    temperatures: bool = switch("Records have friction of their own, as at other temperatures; saved is the first's.")
     possible: bool = switch(
         "Seek only bodies, friction and springs that are possible; the machine's file decides what data do not tell."
     )

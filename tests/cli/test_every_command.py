@@ -93,6 +93,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "identify": (
         ("data.csv",),
         ("data.csv", "--validate", "data.csv", "--save", "found.toml", "--after", "0.1", "--resample", "50", "--force"),
+        ("data.csv", "--load-friction", "all", "--link-side", "all", "--temperatures"),
         ("data.csv", "--possible", "--trust", "0.3", "--save", "found.toml", "--force"),
     ),
 }

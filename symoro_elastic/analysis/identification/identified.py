@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from symoro_elastic.analysis.identification.estimation import POSITIVE
+from symoro_elastic.analysis.identification.friction_laws import LOAD, STATIC
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import RegressorColumn
 from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, OFFSET
@@ -44,6 +45,7 @@ class Identified(Result):
     validation: Fit | None = None
     offsets: str = AUTO
     delay: str = AUTO
+    link_side: tuple[str, ...] = ()
 
     @property
     def estimates(self) -> Mapping[str, float]:
@@ -65,28 +67,33 @@ class Identified(Result):
             known, Y = {**self.known, **fixed}, result.equations.Y
             return identify(
                 result.machine, self.records, self.values, known, self.bandwidth, step=step, Y=Y,
-                offsets=self.offsets, delay=self.delay,
+                offsets=self.offsets, delay=self.delay, laws=result.laws,
             )  # fmt: skip
 
         fitted, lines = without_negatives(result, again)
         return self._written(fitted), [*lines, *_not_saved(fitted)]
 
     def _written(self, result: Identification) -> Machine:
-        return replace(machine_with_estimates(result, self.values), loops=self.of_file.loops)
+        return replace(machine_with_estimates(result, self.values, self.link_side), loops=self.of_file.loops)
 
 
-def machine_with_estimates(result: Identification, values: Mapping[str, float] | None = None) -> Machine:
+def machine_with_estimates(
+    result: Identification, values: Mapping[str, float] | None = None, unseen: Collection[str] = ()
+) -> Machine:
     """Return the machine with the estimates in place of inertial parameters, friction and springs.
 
     Where bodies are possible all parameters are their own. Else inertial parameters are those of groups, so bodies are
     not real ones: torques are right. Parameters that joined
     others or have no effect are zero, and so are those that were not found, for what they exert is within the others;
     friction and springs that were not found keep the values of the file. Rotors have no ratio: their inertia is that
-    which the joint feels. `values` are those of named parameters.
+    which the joint feels. `values` are those of named parameters, `unseen` labels that keep the values of the file.
     """
     machine, bodies = result.machine, result.possible
-    found = bodies.values if bodies else _values(result)
-    joints = tuple(_with(joint, j, found) for j, joint in enumerate(machine.joints, start=1))
+    columns = result.equations.Y.columns
+    hidden = {(column.row, column.quantity) for column in columns if column.label in unseen}
+    every = {**(bodies.values if bodies else _values(result)), **_of_laws(result)}
+    found = {key: x for key, x in every.items() if key not in hidden}
+    joints = tuple(_with(joint, j, found, (j, "IA") in hidden) for j, joint in enumerate(machine.joints, start=1))
     bare = replace(machine, joints=joints, is_grouped=bodies is None)
     before, after = ({name for _, formula in formulas(x) for name in formula.names} for x in (machine, bare))
     given = [
@@ -147,7 +154,22 @@ def _values(result: Identification) -> Found:
     return {(column.row, column.quantity): value for column, value in _found(result)}
 
 
-def _with(joint: Joint, j: int, found: Found) -> Joint:
+def _of_laws(result: Identification) -> Found:
+    """Return load friction, static friction and Stribeck's velocity; what no friction has is left out."""
+    found = {}
+    rows = {joint.name: j for j, joint in enumerate(result.machine.joints, start=1)}
+    dry = _values(result)
+    for e in result.estimates:
+        j = rows.get(e.unknown.joint, 0)
+        if e.unknown.quantity == LOAD and e.value > 0:
+            found[j, "load"] = e.value
+        if e.unknown.quantity == STATIC and e.value > 0:
+            found[j, "static"] = e.value + dry[j, "FS"]
+            found[j, "stribeck"] = result.laws.stribeck[j]
+    return found
+
+
+def _with(joint: Joint, j: int, found: Found, keeps_rotor: bool) -> Joint:
     """Return joint j with the values found."""
     if has_body(joint.body):
         inertial = {name: Formula.parse(found.get((j, name), 0.0)) for name in INERTIAL}
@@ -163,11 +185,15 @@ def _with(joint: Joint, j: int, found: Found) -> Joint:
     rotor = Formula.parse(found.get((j, "IA"), 0.0))
     law = joint.friction
     friction = replace(law, viscous=cell("FV", law.viscous), coulomb=cell("FS", law.coulomb))
+    laws = {key: cell(key, getattr(law, key)) for key in ("load", "static", "stribeck")}
+    friction = replace(friction, **laws)
     if joint.kind is Kind.ELASTIC:
         if (j, "DA") in found:
             friction = replace(friction, viscous=Formula.parse(0))
         stiffness, damping = cell("K", joint.spring.stiffness), cell("DA", joint.spring.damping)
         joint = replace(joint, spring=Spring(stiffness, damping, _neutral(joint, j, found)))
+    if keeps_rotor:
+        return replace(joint, friction=friction)
     return replace(joint, rotor_inertia=rotor, ratio=Formula.parse(0), friction=friction)
 
 

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from symoro_elastic.analysis.identification.estimation import (
     FEWEST_ROWS,
+    FROM_DATA,
     Draws,
     Estimate,
     Estimation,
     Unknown,
+    balanced,
     estimate,
     fewest_rows,
     formula,
     refuse_short,
+    solve,
 )
 from symoro_elastic.analysis.identification.filtering import (
     DRAWS,
@@ -34,6 +37,7 @@ from symoro_elastic.analysis.identification.filtering import (
     shared_noise,
     smooth,
 )
+from symoro_elastic.analysis.identification.friction_laws import ROUNDS, FrictionLaws, groups_of, refuse_laws
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
 from symoro_elastic.analysis.identification.possible import FLOOR, Data, Linear, Possible, made_possible
@@ -261,6 +265,7 @@ class Identification(Result):
     neutral: dict[str, tuple[float, float]] = field(default_factory=dict)
     sensors: Sensors = field(default_factory=Sensors)
     possible: Possible | None = None
+    laws: FrictionLaws = field(default_factory=FrictionLaws)
 
     @property
     def machine(self) -> Machine:
@@ -296,6 +301,7 @@ def identify(
     offsets: str = AUTO,
     delay: str = AUTO,
     trust: float | None = None,
+    laws: FrictionLaws | None = None,
 ) -> Identification:
     """Return the parameters of a machine from one or several records of measurements.
 
@@ -304,7 +310,7 @@ def identify(
     decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` behind positions are
     sought where data show them ("auto"), "always" or "never". With `trust` bodies are possible, and records may be
     short: it is how far the file's values are from the truth, relative, infinite where they only fill what data do not
-    tell. Raises `InputError`.
+    tell. `laws` are of friction beyond FV and FS. Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
@@ -317,25 +323,27 @@ def identify(
     equations = _grouped(machine, Y, fixed)
     _refuse_amount(records, chosen, len(equations.kept), trust is not None)
     step("stack")
-    stack = _Stack(equations, records, chosen)
+    stack = _Stack(equations, records, chosen, laws or FrictionLaws())
     _refuse_zero_torques(stack.columns.torques(0.0)[0], records[0].source)
     step("solve")
-    linear = equations.linear
-    unknowns = _unknowns(linear)
-    sensors, estimation, tau, found = stack.estimated(unknowns, offsets, delay, trust)
-    springs = _springs(estimation, stack.columns.Y, unknowns)
-    before = [*_without_effect(linear), *_zero_in_the_table(machine, [Y.columns[c] for c in equations.kept])]
+    sensors, estimation, tau, found = stack.estimated(offsets, delay, trust)
+    springs = _springs(estimation, stack.columns.Y, len(equations.kept))
     of_bodies = found.notes if found else ()
-    all_notes = (*stack.notes(before), *estimation.notes, *of_sensors(estimation, sensors, machine), *of_bodies)
+    all_notes = (*stack.notes(), *estimation.notes, *of_sensors(estimation, sensors, machine), *of_bodies)
     neutral = _neutral(estimation, machine)
-    return Identification(equations, estimation, stack.t, tau, chosen, all_notes, springs, neutral, sensors, found)
+    return Identification(
+        equations, estimation, stack.t, tau, chosen, all_notes, springs, neutral, sensors, found, stack.laws
+    )
 
 
 class _Stack:
     """Rows of several records, and what is estimated from them."""
 
-    def __init__(self, equations: Equations, records: Sequence[Measurements], chosen: Filter | None) -> None:
-        self._equations, self._source = equations, records[0].source
+    def __init__(
+        self, equations: Equations, records: Sequence[Measurements], chosen: Filter | None, laws: FrictionLaws
+    ) -> None:
+        refuse_laws(equations.machine, laws)
+        self._equations, self._source, self.laws = equations, records[0].source, replace(laws, records=len(records))
         self.sampled = [equations.sampled(record, chosen) for record in records]
         rows = [equations.rows(sampled) for sampled in self.sampled]
         self.t = np.concatenate([x.t for x in rows])
@@ -351,16 +359,45 @@ class _Stack:
             Y, noise, offsets, torques, correlation, period, fastest, repeating, draws if repeating else None
         )
 
-    def notes(self, of_columns: Sequence[str]) -> list[str]:
+    def notes(self) -> list[str]:
         """Return what is said of records, of filters, of columns and of encoders."""
+        machine, columns, kept = self._equations.machine, self._equations.Y.columns, self._equations.kept
+        of_columns = *_without_effect(self._equations.linear), *_zero_in_the_table(machine, [columns[c] for c in kept])
         first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]
         notes = [line for x in self.sampled for line in x.record.warnings]
-        notes += [*(first.chosen.described() if first.chosen else ()), *of_columns]
+        notes += [*(first.chosen.described() if first.chosen else ()), *of_columns, *self._said]
         return notes + [line for x in self.sampled for line in of_encoders(x.record, x.motion, x.chosen, names)]
 
     def _is_short(self, parameters: int) -> bool:
         """Return whether rows are too few for least squares alone."""
         return _used(self.columns.Y) < fewest_rows(parameters, usual_correlation(self.columns.correlation))
+
+    def _of_laws(self) -> Array:
+        """Return averages of the columns of the laws of friction, (rows, n, k)."""
+        Y, linear = self._equations.Y, self._equations.linear
+        found = []
+        for k, x in enumerate(self.sampled):
+            columns = self.laws.columns(Y, linear, x.motion.part(slice(None)), k)
+            averages = [x.averages(columns[:, :, c]) for c in range(columns.shape[2])]
+            found.append(np.stack(averages, axis=2) if averages else np.zeros((*x.scale.shape, 0)))
+        return np.concatenate(found)
+
+    def _with_laws(self, delay: float) -> list[str]:
+        """Add the columns of laws of friction, with the torque of the fit before, and say what they change."""
+        linear, plain = self._equations.linear, self.columns
+        tau, count = plain.torques(delay)[0], plain.Y.shape[2]
+        none = self._of_laws()
+        if not none.shape[2]:
+            return []
+        noise = tuple(np.concatenate([D, np.zeros_like(none)], axis=2) for D in plain.noise)
+        X = groups_of(np.concatenate([plain.Y, plain.offsets], axis=2), tau, count)
+        for _ in range(ROUNDS if self.laws.load else 1):
+            self.laws = self.laws.with_torques_of(linear, X.tolist())
+            Y = np.concatenate([plain.Y, self._of_laws()], axis=2)
+            X = groups_of(np.concatenate([Y, plain.offsets], axis=2), tau, count)
+        self.columns = replace(plain, Y=Y, noise=noise)
+        before, after = (_left(np.concatenate([x, plain.offsets], axis=2), tau) for x in (plain.Y, Y))
+        return [f"laws of friction: residuals {after:.3g} % of the torque with them, {before:.3g} % without"]
 
     def _exerted(self) -> Array:
         """Return what a unit of each column exerts at most on each joint, (n, columns)."""
@@ -371,13 +408,16 @@ class _Stack:
         return most
 
     def estimated(
-        self, unknowns: Sequence[Unknown], offsets: str, delay: str, trust: float | None
+        self, offsets: str, delay: str, trust: float | None
     ) -> tuple[Sensors, Estimation, Array, Possible | None]:
         """Return what is sought of sensors, the estimation, left sides, and bodies if they are to be possible.
 
         Records may then be short: offsets are sought, a delay only where it must be.
         """
-        columns, machine, source = self.columns, self._equations.machine, self._source
+        machine, source, linear = self._equations.machine, self._source, self._equations.linear
+        unknowns = [*_unknowns(linear), *self.laws.unknowns(machine, linear)]
+        self._said = self._with_laws(0.0)
+        columns = self.columns
         is_short, least = self._is_short(len(unknowns)), 0
         if trust is None:
             least = FEWEST_ROWS
@@ -396,8 +436,16 @@ class _Stack:
         if trust is None:
             return sensors, estimation, tau, None
         data = Data(Y, tau, self._exerted(), is_short)
-        fitted, bodies = made_possible(machine, self._equations.linear, data, estimation, trust)
+        fitted, bodies = made_possible(machine, linear, data, estimation, trust)
         return sensors, fitted, tau, bodies
+
+
+def _left(Y: Array, tau: Array) -> float:
+    """Return residuals of least squares in per cent of torques, joints alike."""
+    kept = list(independent_columns(balanced(Y), FROM_DATA).kept)
+    found = solve(Y[:, :, kept], tau)
+    moved = np.flatnonzero(tau.any(axis=0))
+    return float(100 * np.mean([np.linalg.norm(found.residuals[:, k]) / np.linalg.norm(tau[:, k]) for k in moved]))
 
 
 def _torques(equations: Equations, records: Sequence[Sampled], given: Array) -> Torques:
@@ -451,10 +499,10 @@ def _refuse_amount(records: Sequence[Measurements], chosen: Filter | None, param
     refuse_numbers(3 * rows * parameters, what, source, "t", way_out)
 
 
-def _springs(estimation: Estimation, Y: Array, unknowns: Sequence[Unknown]) -> Array:
+def _springs(estimation: Estimation, Y: Array, count: int) -> Array:
     """Return the forces of springs and dampers by the estimates."""
-    own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < len(unknowns)]
-    kept = [(k, c) for k, c in own if unknowns[c].quantity in ("K", "DA", "KQ")]
+    own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < count]
+    kept = [(k, c) for k, c in own if estimation.estimates[c].unknown.quantity in ("K", "DA", "KQ")]
     return Y[:, :, [c for _, c in kept]] @ estimation.solution.X[[k for k, _ in kept]]
 
 

@@ -39,7 +39,8 @@ CHANCE = 0.99
 FLOOR = 0.02  # of the largest torque: least noise of records that are short
 SHORT = (
     "the record is short: fewer than two equations for each parameter, so noise is taken for at least "
-    f"{100 * FLOOR:g} % of the largest torque, offsets within {100 * OFFSETS:g} %, and the file needs trust (--trust 0.3)"
+    f"{100 * FLOOR:g} % of the largest torque, offsets within {100 * OFFSETS:g} %: "
+    "give the file trust (--trust 0.3)"
 )
 
 

@@ -50,7 +50,10 @@ def validation_of(result: Identification, record: Measurements) -> Fit:
     if not len(rows.t):
         raise InputError(record.source, "t", "too short to validate anything: give a longer record")
     tau = result.equations.torques(sampled, result.delay)[0] - rows.given
-    averaged = _fit(result.machine, tau, tau - _predicted(result, rows.Y, rows.offsets), record.source)
+    of_laws = _of_laws(result, sampled.motion.part(slice(None)))
+    averages = [sampled.averages(of_laws[:, :, c]) for c in range(of_laws.shape[2])]
+    Y = np.concatenate([rows.Y, *(x[:, :, None] for x in averages)], axis=2)
+    averaged = _fit(result.machine, tau, tau - _predicted(result, Y, rows.offsets), record.source)
     counted, percent, in_band = _by_samples(result, sampled, list(averaged.residual))
     return replace(averaged, counted=counted, sample_percent=percent, band_percent=in_band)
 
@@ -65,7 +68,8 @@ def _by_samples(result: Identification, sampled: Sampled, joints: Sequence[str])
         ones = np.eye(motion.tau.shape[1])
         offsets = np.stack([equations.Y.joint_torques(q, np.tile(one, (len(q), 1))) for one in ones], axis=2)
         torque[piece] = late[piece] - equations.given((q, qd, qdd))
-        predicted = _predicted(result, equations.Y.evaluate(q, qd, qdd, equations.kept), offsets)
+        Y = [equations.Y.evaluate(q, qd, qdd, equations.kept), _of_laws(result, (q, qd, qdd))]
+        predicted = _predicted(result, np.concatenate(Y, axis=2), offsets)
         residual[piece] = torque[piece] - predicted
     chosen = sampled.chosen
     slow = [residual, torque] if chosen is None else [smooth(x, chosen) for x in (residual, torque)]
@@ -79,6 +83,11 @@ def _percent(residual: Array, torque: Array) -> Array:
     size = np.sqrt((torque**2).mean(axis=0))
     percent: Array = 100 * np.sqrt((residual**2).mean(axis=0)) / np.where(size > 0, size, np.nan)
     return percent
+
+
+def _of_laws(result: Identification, motion: tuple[Array, Array, Array]) -> Array:
+    """Return the columns of laws of friction."""
+    return result.laws.columns(result.equations.Y, result.equations.linear, motion)
 
 
 def _predicted(result: Identification, Y: Array, offsets: Array) -> Array:

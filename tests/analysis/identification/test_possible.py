@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -27,10 +26,10 @@ from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import parts_of
-from symoro_elastic.machine.formula import Formula
-from symoro_elastic.machine.machine import Body, Machine
+from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.regressor import INERTIAL
 from tests.benchmarks.identification import CASES
+from tests.benchmarks.possible import cut, off
 from tests.benchmarks.sensors import CASES as SENSORS
 from tests.benchmarks.sensors import three_axis
 
@@ -172,31 +171,10 @@ def light(seconds: float, seed: int = 1) -> Measurements:
     return cut(record, seconds)
 
 
-def cut(record: Measurements, seconds: float) -> Measurements:
-    inside = record.t <= seconds
-    return replace(record, t=record.t[inside], q=record.q[inside], tau=record.tau[inside])
-
-
 def columns(record: Measurements, machine: Machine) -> dict[str, Array]:
     named = {"t": record.t}
     named |= {f"q_{j.name}": x for j, x in zip(machine.independent_joints, record.q.T, strict=True)}
     return named | {f"tau_{j.name}": x for j, x in zip(machine.motor_joints, record.tau.T, strict=True)}
-
-
-def off(machine: Machine, share: float, seed: int) -> Machine:
-    """Return a machine whose bodies are wrong by a share, and possible."""
-    rng = np.random.default_rng(seed)
-    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
-    joints = []
-    for joint in machine.joints:
-        x = nominal_body(joint.body, values)
-        J = pseudo_inertia(np.array([x[name] for name in INERTIAL]))
-        spread = rng.normal(scale=share / 2, size=(4, 4))
-        L = np.linalg.cholesky(J)
-        moved = L @ (np.eye(4) + spread) @ (np.eye(4) + spread).T @ L.T
-        xx, xy, xz, yy, yz, zz, mx, my, mz, m = (Formula.parse(float(v)) for v in inertial_parameters(moved))
-        joints.append(replace(joint, body=Body(m, (mx, my, mz), (xx, xy, xz, yy, yz, zz))))
-    return replace(machine, joints=tuple(joints))
 
 
 def found_in(found: Identified) -> Possible:
@@ -227,6 +205,7 @@ def test_saved_bodies_are_possible_when_read_back(trust: float | None, suffix: s
         assert np.allclose(predicted, Y.evaluate(*states, range(len(X))) @ X, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_right_bodies_lose_nothing() -> None:
     """A long record: least squares within its deviations, whatever the file says of bodies."""
     machine, record = off(three_axis().machine, 0.3, 5), light(20.0)
@@ -250,6 +229,7 @@ def test_short_records_are_identified() -> None:
     assert all(np.linalg.eigvalsh(J).min() > 0 for J in found_in(found).bodies().values())
 
 
+@pytest.mark.thorough
 def test_springs_are_positive() -> None:
     case = CASES["elastic two-axis arm"]("elastic two-axis arm")
     found = se.identify(case.machine, columns(case.record(1, 0), case.machine), possible=True, known=case.known)

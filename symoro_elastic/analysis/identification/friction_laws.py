@@ -1,0 +1,113 @@
+"""Friction beyond FV qd + FS sign(qd): rising with load, falling with velocity, another one in each record.
+
+Each is a column beside that of FS. Load: |tau| sign(qd), tau what passes the transmission by the *model*, for the
+measured torque stands on the left side, too, and its noise would be in both; tau is that of a fit without these
+columns, then of one with them. Stribeck: sign(qd) / (1 + (qd / vb)^2) at a given vb, the law of Hess and Soom (1990).
+Records at other temperatures: columns of FV and FS that are zero in the first record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.estimation import FROM_DATA, Unknown, balanced, solve
+from symoro_elastic.analysis.identification.possible import Linear
+from symoro_elastic.analysis.identification.regression import Regressor
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.labels import ParameterLabels
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.regressor import INERTIAL
+from symoro_elastic.numerics.independence import independent_columns
+
+LOAD, STATIC, VISCOUS_CHANGE, DRY_CHANGE = "FL", "FB", "FV of record", "FS of record"
+ROUNDS = 2
+Motion = tuple[Array, Array, Array]
+
+
+@dataclass(frozen=True)
+class FrictionLaws:
+    """Rows of the table whose friction rises with load, velocities of Stribeck's law by row, whether records have
+    friction of their own, and how many; X, by column of the regressor, of the torque that passes transmissions."""
+
+    load: tuple[int, ...] = ()
+    stribeck: Mapping[int, float] = field(default_factory=dict)
+    changing: bool = False
+    records: int = 1
+    X: Mapping[int, float] = field(default_factory=dict)
+
+    def unknowns(self, machine: Machine, linear: Linear) -> list[Unknown]:
+        """Return gains of load, static less coulomb friction, changes of friction from the first record on."""
+        labels = ParameterLabels(machine)
+
+        def unknown(label: str, unit: str, j: int, quantity: str, text: str = "") -> Unknown:
+            return Unknown(label, text or label, unit, machine.joint(j).name, quantity)
+
+        found = [unknown(labels(j, LOAD), "1", j, LOAD) for j in self.load]
+        for j in self.stribeck:
+            label = labels(j, STATIC)
+            found.append(unknown(label, machine.joint(j).force_unit, j, STATIC, f"{label} - {labels(j, 'FS')}"))
+        for record in range(2, (self.records if self.changing else 1) + 1):
+            for c, quantity in self._changing(linear):
+                column = linear.columns[c]
+                text = f"{column.label} of record {record} - {column.label}"
+                found.append(unknown(f"{column.label}_{record}", column.unit, column.row, quantity, text))
+        return found
+
+    def _changing(self, linear: Linear) -> list[tuple[int, str]]:
+        kinds = {"FV": VISCOUS_CHANGE, "FS": DRY_CHANGE}
+        return [(c, kinds[linear.columns[c].quantity]) for c in linear.sought if linear.columns[c].quantity in kinds]
+
+    def columns(self, Y: Regressor, linear: Linear, motion: Motion, record: int = 0) -> Array:
+        """Return the columns of a record (samples, n, k); of one that is not fitted, with friction of the first."""
+        dry = {column.row: c for c, column in enumerate(linear.columns) if column.quantity == "FS"}
+        rows = [*self.load, *self.stribeck]
+        unit = Y.evaluate(*motion, [dry[j] for j in rows])
+        found = [unit[:, :, : len(self.load)] * np.abs(self._passing(Y, linear, motion))[:, None]]
+        rates = Y.rates(list(self.stribeck), motion[0], motion[1])
+        falling = 1 / (1 + (rates / np.array(list(self.stribeck.values()))) ** 2)
+        found.append(unit[:, :, len(self.load) :] * falling[:, None])
+        if self.changing:
+            own = Y.evaluate(*motion, [c for c, _ in self._changing(linear)])
+            found += [own * (k == record) for k in range(1, self.records)]
+        return np.concatenate(found, axis=2)
+
+    def _passing(self, Y: Regressor, linear: Linear, motion: Motion) -> Array:
+        """Return what passes the transmissions of joints whose friction rises with load, (samples, joints)."""
+        if not self.load:
+            return np.zeros((len(motion[0]), 0))
+        places = [Y.felt_by(j)[0] for j in self.load]
+        X = {c: x for c, x in {**self.X, **linear.known}.items() if linear.columns[c].quantity in INERTIAL}
+        torques = Y.torques(*motion, list(X), np.array(list(X.values()))) + Y.loads(motion[0])
+        rotors = self._within_bodies(linear)
+        passing: Array = (torques - Y.evaluate(*motion, list(rotors)) @ np.array(list(rotors.values())))[:, places]
+        return passing
+
+    def _within_bodies(self, linear: Linear) -> dict[int, float]:
+        """Return inertias of rotors by the file, by column, that data do not tell from those of bodies."""
+        rotors = {c: linear.columns[c] for c in linear.sought if c not in self.X}
+        found = {c: column.value for c, column in rotors.items() if column.quantity == "IA" and column.row in self.load}
+        return {c: x for c, x in found.items() if np.isfinite(x)}
+
+    def with_torques_of(self, linear: Linear, X: Sequence[float]) -> FrictionLaws:
+        """Return the laws with the torque of groups X."""
+        kept = [linear.sought[c] for c in linear.structure.kept]
+        return replace(self, X=dict(zip(kept, X, strict=False)))
+
+
+def groups_of(Y: Array, tau: Array, count: int) -> Array:
+    """Return the first groups by weighted least squares of independent columns, zero for the others."""
+    kept = list(independent_columns(balanced(Y), FROM_DATA).kept)
+    X = np.zeros(Y.shape[2])
+    X[kept] = solve(Y[:, :, kept], tau).X
+    return X[:count]
+
+
+def refuse_laws(machine: Machine, laws: FrictionLaws) -> None:
+    """Raise `InputError` for joints whose load is not a coordinate's."""
+    for j in laws.load:
+        if j not in machine.independent:
+            what = f"joint {j} ({machine.joint(j).name}) follows others, so the torque through it is not told apart"
+            raise machine.error("--load-friction", what)
