@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -62,13 +62,13 @@ class Errors:
     widths: list[float] = field(default_factory=list)
     refused: int = 0
 
-    def add(self, found: Identification, truth: Mapping[str, float], with_file: bool) -> None:
-        """Add the estimates of a run."""
+    def add(self, found: Identification, truth: Sequence[float], with_file: bool) -> None:
+        """Add the estimates of a run; offsets, which are zero, follow those of the machine."""
         stated = found.possible.with_file if with_file and found.possible else [e.std for e in found.estimates]
-        for e, std in zip(found.estimates, stated, strict=True):
-            if e.unknown.label in truth and math.isfinite(std):
-                self.z.append((e.value - truth[e.unknown.label]) / std)
-                self.of_data.append((e.value - truth[e.unknown.label]) / e.std)
+        for e, std, true in zip(found.estimates, stated, truth, strict=False):
+            if math.isfinite(std):
+                self.z.append((e.value - true) / std)
+                self.of_data.append((e.value - true) / e.std)
                 self.widths.append(std / e.std)
 
     @property
@@ -89,7 +89,7 @@ def errors(seconds: float, runs: int, trust: float) -> dict[str, Errors]:
     """Return how far estimates of some runs are from the truth, by way."""
     arm, found = three_axis(), {way: Errors() for way in (PLAIN, ALONE, WITH_FILE)}
     whole = identify(arm.machine, arm.record(Sensing(), 0), Y=arm.regressor)
-    truth = {e.unknown.label: e.unknown.nominal for e in whole.estimates}
+    truth = [e.unknown.nominal for e in whole.estimates]
     for seed in progress(range(runs), f"{seconds:g} s"):
         machine, record = off(arm.machine, WRONG, seed), cut(arm.record(Sensing(), seed), seconds)
         Y = regressor(machine)
