@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from symoro_elastic.analysis.identification.estimation import POSITIVE
+from symoro_elastic.analysis.identification.estimation import POSITIVE, Estimate
 from symoro_elastic.analysis.identification.friction_laws import LOAD, STATIC
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import RegressorColumn
@@ -23,6 +23,8 @@ from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
 
+MOST_LOAD = 0.9
+"""Share of the load above which a joint locks itself."""
 Found = Mapping[tuple[int, str], float]
 """Values by row of the table and quantity."""
 Refit = Callable[[Mapping[str, float]], Identification]
@@ -107,10 +109,21 @@ def machine_with_estimates(
 def _not_saved(result: Identification) -> list[str]:
     """Return a line on offsets and the delay of sensors, which no machine has."""
     found = [e for e in result.estimates if e.unknown.quantity in (OFFSET, DELAY) and math.isfinite(e.value)]
+    lost = [
+        f"{e.unknown.label} = {e.value:.4g} is not saved, no friction has it: leave {e.unknown.joint} out of the law"
+        for e in result.estimates
+        if e.unknown.quantity in (LOAD, STATIC) and not _is_possible(e)
+    ]
     if not found:
-        return []
+        return lost
     named = ", ".join(f"{e.unknown.label} = {e.value:.4g} {e.unknown.unit}" for e in found)
-    return [f"{named}: of the sensors, not of the machine, so the file does not hold them: correct records by them"]
+    what = "of the sensors, not of the machine, so the file does not hold them: correct records by them"
+    return [*lost, f"{named}: {what}"]
+
+
+def _is_possible(e: Estimate) -> bool:
+    """Return whether a law of friction can have a value."""
+    return 0 < e.value < (MOST_LOAD if e.unknown.quantity == LOAD else math.inf)
 
 
 def without_negatives(result: Identification, refit: Refit) -> tuple[Identification, list[str]]:
@@ -161,9 +174,9 @@ def _of_laws(result: Identification) -> Found:
     dry = _values(result)
     for e in result.estimates:
         j = rows.get(e.unknown.joint, 0)
-        if e.unknown.quantity == LOAD and e.value > 0:
+        if e.unknown.quantity == LOAD and _is_possible(e):
             found[j, "load"] = e.value
-        if e.unknown.quantity == STATIC and e.value > 0:
+        if e.unknown.quantity == STATIC and _is_possible(e):
             found[j, "static"] = e.value + dry[j, "FS"]
             found[j, "stribeck"] = result.laws.stribeck[j]
     return found

@@ -108,6 +108,13 @@ def test_possible_bodies_have_laws_of_friction() -> None:
     assert all(within(found, f"FL{j}", 0.08) for j in (1, 2, 3)) and not found.saved()[0].is_grouped
 
 
+def test_what_no_friction_has_is_not_saved_and_said() -> None:
+    found = se.identify(three_axis().machine, record(1, load=-0.05), load_friction=["turn"])
+    fitted, lines = found.saved()
+    assert any(line.startswith("FL1 = -0.0") and "not saved" in line for line in lines)
+    assert fitted.joint(1).friction.load.is_zero
+
+
 def test_unknown_motors_are_refused() -> None:
     machine = three_axis().machine
     with pytest.raises(InputError, match="load_friction"):
