@@ -199,7 +199,8 @@ def response(machine: MachineLike, options: Responding) -> Response:
     points = points if len(points) else responses.frequency_grid(linear, *(options.band or ()))
     pairs = tuple(poles_and_zeros(linear, i, o) for i in linear.inputs for o in linear.outputs)
     found = responses.frequency_response(linear, points)
-    return replace(found, transfers=pairs, stiffnesses=point_stiffnesses(linear, found))
+    stiffnesses = point_stiffnesses(linear, found)
+    return replace(found, transfers=pairs, stiffnesses=stiffnesses, damping=options.damping)
 
 
 @operation(Comparing)

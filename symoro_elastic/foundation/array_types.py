@@ -13,5 +13,7 @@ ComplexArray: TypeAlias = NDArray[np.complex128]
 """Complex numbers in double precision."""
 BoolArray: TypeAlias = NDArray[np.bool_]
 """Truth values."""
+IndexArray: TypeAlias = NDArray[np.intp]
+"""Indices."""
 AnyArray: TypeAlias = NDArray[Any]
 """Entries of any type."""

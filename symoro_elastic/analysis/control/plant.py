@@ -16,7 +16,8 @@ import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade
 from symoro_elastic.analysis.vibration.linearization import Linearization
-from symoro_elastic.analysis.vibration.modes import modes
+from symoro_elastic.analysis.vibration.responses import with_modal_damping_slopes
+from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 
 BLOCK = 256
@@ -54,6 +55,11 @@ class Plant:
         _, sizes, basis = np.linalg.svd(rows)
         basis_of_free: Array = basis[int(np.count_nonzero(sizes > 1e-12 * sizes[0])) :].T
         return basis_of_free
+
+    @cached_property
+    def slopes(self) -> LinearSlopes:
+        """Derivatives of M, D, K by all parameters."""
+        return with_modal_damping_slopes(linear_slopes(self.linear), self.damping)
 
     def stiffness_at(self, s: ComplexArray, closed: Sequence[Cascade]) -> ComplexArray:
         """Return Z (frequencies, n, n) with some loops closed."""
@@ -103,72 +109,8 @@ def response_slopes(
     lambda solves Z^T lambda = row. Positions of springs follow their loads. Parameters of the geometry, on which rows
     depend, are left out.
     """
-    N = plant.free
+    N, slopes = plant.free, plant.slopes
     Z = N.T @ plant.stiffness_at(np.array([s]), closed)[0] @ N
-    x = (N @ np.linalg.solve(Z, N.T @ force)).astype(complex)
-    left = (N @ np.linalg.solve(Z.T, N.T @ row)).astype(complex)
-    change = _Changes(plant)
-    change.add(left, x, s)
-    if plant.damping:
-        change.add_modal(left, x, s)
-    return {name: -total for name, total in change.totals().items()}
-
-
-class _Changes:
-    """Columns of which lambda^T dZ x is the sum: left^T (dM xdd + dD xd + dK x), each with a factor."""
-
-    def __init__(self, plant: Plant) -> None:
-        self.plant = plant
-        self.left: list[Array] = []
-        self.columns: list[tuple[Array, Array, Array]] = []
-        self.factors: list[complex] = []
-
-    def add(self, left: ComplexArray, x: ComplexArray, s: complex, only_mass: bool = False) -> None:
-        """Add lambda^T (s^2 dM + s dD + dK) x: four products of real and imaginary parts."""
-        nothing = np.zeros(len(x))
-        for a, side in ((1.0, left.real), (1j, left.imag)):
-            for b, part in ((1.0, np.real), (1j, np.imag)):
-                moved = [nothing, nothing, part(x)] if only_mass else [part(x), part(s * x), part(s * s * x)]
-                self._column(side, (moved[0], moved[1], moved[2]), a * b)
-
-    def add_modal(self, left: ComplexArray, x: ComplexArray, s: complex) -> None:
-        """Add s lambda^T dD x of damping in every mode, D = 2 zeta M R with R = (M^-1 K)^(1/2).
-
-        In modal coordinates R is diag(w), and R dR + dR R = M^-1 (dK - dM R^2) gives
-        dR_ij = phi_i^T (dK - w_j^2 dM) phi_j/(w_i + w_j). So lambda^T dD x = 2 zeta (lambda^T dM R x + sum_ij a_i dR_ij
-        b_j), a = Phi^T M lambda, b = Phi^T M x. Both are zero where both modes are rigid.
-        """
-        linear, factor = self.plant.linear, 2 * self.plant.damping * s
-        modal = modes(linear)
-        w = np.sqrt(np.maximum(modal.eigenvalues, 0.0))
-        a, b = modal.shapes.T @ linear.M @ left, modal.shapes.T @ linear.M @ x
-        self.add(factor * left, modal.shapes @ (w * b), 0.0, only_mass=True)
-        sums = w[:, None] + w
-        weights = np.divide(a[:, None] * b, sums, out=np.zeros((len(a), len(b)), complex), where=sums > 0)
-        for j, shape in enumerate(modal.shapes.T):
-            side = factor * (modal.shapes @ weights[:, j])
-            moved = (shape, np.zeros_like(shape), -(w[j] ** 2) * shape)
-            self._column(side.real, moved, 1.0)
-            self._column(side.imag, moved, 1j)
-
-    def _column(self, left: Array, moved: tuple[Array, Array, Array], factor: complex) -> None:
-        if left.any() and any(part.any() for part in moved):
-            self.left.append(left)
-            self.columns.append(moved)
-            self.factors.append(factor)
-
-    def totals(self) -> dict[str, complex]:
-        """Return the sums by parameter."""
-        linear = self.plant.linear
-        columns = [np.stack(parts, axis=1) for parts in zip(*self.columns, strict=True)]
-        left = np.stack(self.left, axis=1)
-        slopes = linear.motion.parameter_slopes(linear.state, *(_spread(linear, x) for x in (left, *columns)))
-        factors = np.array(self.factors)
-        return {name: complex(row @ factors) for name, row in slopes.items()}
-
-
-def _spread(linear: Linearization, columns: Array) -> Array:
-    """Return columns over all joints that move, from those over the ones that are kept."""
-    found = np.zeros((len(linear.motion.joints), columns.shape[1]))
-    found[list(linear.kept)] = columns
-    return found
+    x, left = N @ np.linalg.solve(Z, N.T @ force), N @ np.linalg.solve(Z.T, N.T @ row)
+    found = -(left @ (s * s * slopes.M + s * slopes.D + slopes.K) @ x)
+    return dict(zip(slopes.names, found.tolist(), strict=True))

@@ -64,9 +64,9 @@ def strain_shares(modal: Modes) -> Shares:
     motion = linear.motion
     deflections = _moved(modal, [rate for _, _, rate in motion.springs.values()])
     springs = motion.spring_stiffnesses(linear.state.q)[:, None] * deflections**2
-    controllers = linear.gains[:, None] * (linear.motors @ shapes) ** 2
+    controllers = linear.gains[:, :1] * (linear.motors @ shapes) ** 2
     total = np.einsum("im,ij,jm->m", shapes, linear.K, shapes)
-    driven = np.flatnonzero(linear.gains)
+    driven = np.flatnonzero(linear.gains[:, 0])
     rest = total - springs.sum(axis=0) - controllers.sum(axis=0)
     names = [*motion.springs, *(f"{motion.motor_names[m]} (controller)" for m in driven)]
     energies = np.vstack([springs, controllers[driven], rest])

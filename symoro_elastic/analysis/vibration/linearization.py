@@ -17,6 +17,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Result
+from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
 from symoro_elastic.numerics.motion.inertia import refuse_singular
 from symoro_elastic.numerics.motion.shared_motors import line_on_undetermined
@@ -34,9 +35,6 @@ LARGEST = 1e100
 """Of inertia, damping and stiffness, SI units: far above all machines, and far from overflow."""
 REST_TOLERANCE = 1e-9
 """A velocity or an acceleration up to here is rounding, SI units."""
-Row = tuple[Array, Array, Array]
-"""Derivatives of a number by q, qd and qdd, (n,) each."""
-Rows = tuple[Row, Row]
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class Linearization(Result):
     """M, D, K (n, n), F (n, inputs), Cq, Cv, Ca (outputs, n) about a state, SI units, radians.
 
     `kept` are indices in q of the coordinates, whose names are `coordinates`: motors that are held are left out.
-    `motors` (m, n) are the changes of all motors' variables with them, S_m; `gains` (m,) are the stiffnesses of their
+    `motors` (m, n) are the changes of all motors' variables with them, S_m; `gains` (m, 2) are kp and kd of their
     controllers.
     """
 
@@ -161,55 +159,36 @@ def linearize(
     motion.refuse_open(state.q)
     M, D, K = motion.matrices("MDK", state.q, state.qd, state.qdd, state.torques)
     n = len(state.q)
-    maps = _Maps(motion, state)
-    F = np.stack([maps.of(s)[0][1] for s in wanted_in], axis=1) if wanted_in else np.zeros((n, 0))
-    rows = [_rows(*maps.of(s), s.order) for s in wanted_out]
-    Cq, Cv, Ca = (np.array([row[order] for row in rows]).reshape(len(rows), n) for order in range(3))
+    roots = [root_of(motion, s) for s in (*wanted_in, *wanted_out)]
+    by_q, by_qd, by_qdd = motion.jacobians(roots, state)
+    F = by_qd[: len(wanted_in)].T
+    rows = [_rows(by_q[k], by_qd[k], by_qdd[k], s.order) for k, s in enumerate(wanted_out, start=len(wanted_in))]
+    Cq, Cv, Ca = (np.array([row[k] for row in rows]).reshape(len(rows), n) for k in range(3))
     motors = motion.motor_slopes(state.q)
     return Linearization(
         motion, state, (M + M.T) / 2, D, K, F, Cq, Cv, Ca, tuple(s.name for s in wanted_in),
-        tuple(s.name for s in wanted_out), tuple(range(n)), motors, np.zeros(len(motors)),
+        tuple(s.name for s in wanted_out), tuple(range(n)), motors, np.zeros((len(motors), 2)),
     )  # fmt: skip
 
 
-class _Maps:
-    """Derivatives by q, qd, qdd of the velocity and of the acceleration behind each signal, about a state.
+def root_of(motion: EquationsOfMotion, signal: Signal, at_rest: bool = False) -> Scalar:
+    """Return the expression of the velocity behind a signal, of the acceleration behind one that is an acceleration.
 
     That of a velocity by qd is the Jacobian J, and J^T a unit wrench on the coordinates, or S_m^T a unit torque (L3).
+    `at_rest` it is the velocity for all signals, as the acceleration there is J qdd.
     """
-
-    def __init__(self, motion: EquationsOfMotion, state: State) -> None:
-        self._motion, self._state = motion, state
-
-    def of(self, signal: Signal) -> Rows:
-        """Return the rows of velocity and acceleration, each by q, qd and qdd (n,)."""
-        if isinstance(signal, FrameSignal):
-            point = self._motion.points.index((signal.number, signal.at)) if signal.at else None
-            return self._row(self._frames, self._motion.row_of(signal.number, point) + signal.component)
-        return self._row(self._joints, self._motion.machine.with_variable.index(signal.number))
-
-    def _row(self, blocks: tuple[Array, Array, Array], row: int) -> Rows:
-        half = len(blocks[0]) // 2
-        velocity, acceleration = ((q[k], qd[k], qdd[k]) for k in (row, half + row) for q, qd, qdd in [blocks])
-        return velocity, acceleration
-
-    @cached_property
-    def _frames(self) -> tuple[Array, Array, Array]:
-        """Of V and V' of all frames, in axes of frame 0."""
-        V, Vd = self._motion.frame_motions
-        return self._motion.jacobians([*V, *Vd], self._state)
-
-    @cached_property
-    def _joints(self) -> tuple[Array, Array, Array]:
-        """Of rates and accelerations of joint coordinates."""
-        rates, accelerations = self._motion.joint_coordinate_rates
-        return self._motion.jacobians([*rates, *accelerations], self._state)
+    if isinstance(signal, FrameSignal):
+        point = motion.points.index((signal.number, signal.at)) if signal.at else None
+        row, blocks = motion.row_of(signal.number, point) + signal.component, motion.frame_motions
+    else:
+        row, blocks = motion.machine.with_variable.index(signal.number), motion.joint_coordinate_rates
+    root: Scalar = blocks[signal.order == 2 and not at_rest][row]
+    return root
 
 
-def _rows(velocity: Row, acceleration: Row, order: int) -> Row:
+def _rows(by_q: Array, by_qd: Array, by_qdd: Array, order: int) -> tuple[Array, Array, Array]:
     """Return the rows of Cq, Cv, Ca of an output: a position (0), a velocity (1) or an acceleration (2)."""
-    zero = np.zeros_like(velocity[1])
-    return (velocity[1], zero, zero) if order == 0 else velocity if order == 1 else acceleration
+    return (by_q, by_qd, by_qdd) if order else (by_qd, 0 * by_qd, 0 * by_qd)
 
 
 def with_motors(
@@ -232,7 +211,7 @@ def with_motors(
             raise InputError(motion.source, "--pd", f"{name} is held: remove --hold or --pd")
         K += kp * np.outer(row, row)
         D += kd * np.outer(row, row)
-        springs[m] += kp
+        springs[m] += kp, kd
     rows = [row for row, k in enumerate(kept) if k not in fixed]
     motors = linear.motors[:, rows]
     still = joint_signals(name for name, row in zip(motion.motor_names, motors, strict=True) if not row.any())

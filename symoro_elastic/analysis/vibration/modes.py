@@ -18,11 +18,11 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.analysis.vibration.linearization import Linearization
-from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.analysis.vibration.slopes import chosen_parameters, linear_slopes, pole_slopes, ratio_slopes
+from symoro_elastic.foundation.array_types import Array, ComplexArray, IndexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.results import Result
-from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.numerics.motion.inertia import MATRIX_ROUNDING, refuse_singular
 
 LEAST_DAMPING = 1e-12
@@ -70,7 +70,8 @@ class Modes(Result):
     """Modes by ascending frequency; `shapes` (n, m) are columns phi with phi^T M phi = 1 in coordinates of q.
 
     `eigenvalues` (m,) are omega^2, rad2/s2, negative where the state is unstable; `damping_ratios` (m,) are NaN at
-    0 Hz; `poles` (2n,) rad/s. The first `rigid` modes at 0 Hz move freely.
+    0 Hz; `poles` (2n,) rad/s, `paired` (m,) the index of the one of each mode, -1 without one. The first `rigid` modes
+    at 0 Hz move freely.
     """
 
     linear: Linearization
@@ -78,6 +79,7 @@ class Modes(Result):
     shapes: Array
     damping_ratios: Array
     poles: ComplexArray
+    paired: IndexArray
 
     @property
     def frequencies(self) -> Array:
@@ -89,6 +91,11 @@ class Modes(Result):
     def sensitivity(self) -> Sensitivity:
         """Derivatives of the frequencies by stiffnesses, inertias and other parameters."""
         return sensitivity(self)
+
+    @cached_property
+    def damping_sensitivity(self) -> DampingSensitivity:
+        """Derivatives of the damping ratios by all parameters."""
+        return damping_sensitivity(self)
 
     @property
     def growth(self) -> Array:
@@ -129,7 +136,10 @@ def modes(linear: Linearization) -> Modes:
     eigenvalues, shapes = _eigen(linear.M, (linear.K + linear.K.T) / 2)
     shapes = shapes * np.where(np.sum(shapes * np.abs(shapes) ** 7, axis=0) < 0, -1.0, 1.0)
     poles, vectors = damped_poles(linear)
-    return Modes(linear, eigenvalues, shapes, _damping_ratios(linear, eigenvalues, shapes, poles, vectors), poles)
+    paired = _paired_poles(linear, eigenvalues, shapes, poles, vectors)
+    return Modes(
+        linear, eigenvalues, shapes, _damping_ratios(linear, eigenvalues, shapes, poles, paired), poles, paired
+    )
 
 
 def refuse_rigid(linear: Linearization) -> None:
@@ -209,25 +219,64 @@ def damped_poles(linear: Linearization) -> tuple[ComplexArray, ComplexArray]:
     return poles[order], shapes[:, order]
 
 
-def _damping_ratios(
+def _paired_poles(
     linear: Linearization, eigenvalues: Array, shapes: Array, poles: ComplexArray, vectors: ComplexArray
-) -> Array:
-    """Return -Re p / |p| of the pole pair with the most similar shape; phi^T D phi / (2 omega) without one."""
-    ratios = np.full(len(eigenvalues), np.nan)
-    swings = np.flatnonzero(eigenvalues > 0)
-    omega = np.sqrt(eigenvalues[swings])
-    ratios[swings] = np.sum(shapes[:, swings] * (linear.D @ shapes[:, swings]), axis=0) / (2 * omega)
-    pairs = np.flatnonzero(poles.imag > 0)
+) -> IndexArray:
+    """Return the index of the pole with the most similar shape and frequency to each mode, -1 without one."""
+    found, swings, pairs = (
+        np.full(len(eigenvalues), -1),
+        np.flatnonzero(eigenvalues > 0),
+        np.flatnonzero(poles.imag > 0),
+    )
     if not linear.D.any() or not len(pairs):
-        return ratios
+        return found
     projected = np.abs(shapes[:, swings].T @ linear.M @ vectors[:, pairs]) ** 2
     norms = np.einsum("ik,ij,jk->k", vectors[:, pairs].conj(), linear.M, vectors[:, pairs]).real
-    cost = -projected / np.maximum(norms, np.finfo(float).tiny) + np.abs(np.log(np.abs(poles[pairs]) / omega[:, None]))
+    apart = np.abs(np.log(np.abs(poles[pairs]) / np.sqrt(eigenvalues[swings])[:, None]))
+    cost = apart - projected / np.maximum(norms, np.finfo(float).tiny)
     rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
-    paired = poles[pairs[columns]]
-    ratios[swings[rows]] = -paired.real / np.abs(paired)
+    found[swings[rows]] = pairs[columns]
+    return found
+
+
+def _damping_ratios(
+    linear: Linearization, eigenvalues: Array, shapes: Array, poles: ComplexArray, paired: IndexArray
+) -> Array:
+    """Return -Re p / |p| of the pole that belongs to each mode; phi^T D phi / (2 omega) without one."""
+    ratios = np.full(len(eigenvalues), np.nan)
+    swings = np.flatnonzero(eigenvalues > 0)
+    own = shapes[:, swings]
+    ratios[swings] = np.sum(own * (linear.D @ own), axis=0) / (2 * np.sqrt(eigenvalues[swings]))
+    there = np.flatnonzero(paired >= 0)
+    ratios[there] = -poles[paired[there]].real / np.abs(poles[paired[there]])
     ratios[np.abs(ratios) <= LEAST_DAMPING] = 0.0
     return ratios
+
+
+@dataclass(frozen=True)
+class DampingSensitivity:
+    """d zeta/dp (parameters, modes) of damping ratios, by the unit of the parameter.
+
+    NaN for modes without a pole of their own, as those of rigid or overdamped motions, and for repeated poles.
+    """
+
+    parameters: tuple[str, ...]
+    values: Array
+    slopes: Array
+    ratios: Array
+
+
+def damping_sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> DampingSensitivity:
+    """Return the derivatives of damping ratios by parameters, all unless some are named.
+
+    Raises `InputError` for unknown names.
+    """
+    slopes = linear_slopes(modal.linear, parameters)
+    there = np.flatnonzero(modal.paired >= 0)
+    poles, found = modal.poles[modal.paired[there]], np.full((len(slopes.names), len(modal.eigenvalues)), np.nan)
+    found[:, there] = ratio_slopes(poles, pole_slopes(slopes, poles))[1]
+    values = np.array([modal.linear.motion.parameters[name] for name in slopes.names])
+    return DampingSensitivity(slopes.names, values, found, modal.damping_ratios)
 
 
 def sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
@@ -236,11 +285,7 @@ def sensitivity(modal: Modes, parameters: Sequence[str] = ()) -> Sensitivity:
     Numbers of the table are called `<joint>.<quantity>`, `ram.mass`. Raises `InputError` for unknown names.
     """
     motion = modal.linear.motion
-    names = tuple(parameters or motion.parameters)
-    for name in names:
-        if name not in motion.parameters:
-            what = f"no parameter {quote(name)}{did_you_mean(name, motion.parameters)}"
-            raise InputError(motion.source, "sensitivity", what)
+    names = chosen_parameters(motion, parameters)
     slopes = _eigenvalue_slopes(modal, names)
     frequencies = modal.frequencies
     rate = np.divide(1, 8 * np.pi**2 * frequencies, out=np.zeros_like(frequencies), where=frequencies > 0)

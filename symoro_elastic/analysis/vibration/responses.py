@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.modes import damped_poles, modes
+from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes, response_slopes
 from symoro_elastic.analysis.vibration.zeros import PolesAndZeros
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
@@ -72,13 +74,30 @@ def _first(shares: dict[str, float]) -> str:
     return "".join(f", limited by {name} ({share:.0%} of the strain energy)" for name, share in [*shares.items()][:1])
 
 
+@dataclass(frozen=True)
+class ResponseSensitivity:
+    """dG/dp (parameters, frequencies, outputs, inputs), SI units by the unit of the parameter; NaN where G is."""
+
+    parameters: tuple[str, ...]
+    values: Array
+    slopes: ComplexArray
+    responses: ComplexArray
+
+    @property
+    def relative(self) -> ComplexArray:
+        """p/G dG/dp: its real part is per cent of |G| by per cent of p, its imaginary part radians; 0 where G is."""
+        G = np.where(self.responses == 0, np.inf, self.responses)
+        relative: ComplexArray = self.values[:, None, None, None] * self.slopes / G
+        return relative
+
+
 @dataclass(frozen=True, repr=False)
 class Response(Result):
     """G (frequencies, outputs, inputs), complex, SI units, over frequencies in Hz; NaN where it is infinite.
 
     `notes` are lines about frequencies that were skipped; units are those of inputs and outputs, by name.
     `transfers` are poles and zeros from every input to every output, `stiffnesses` those of frames along forces on
-    them, where they were asked for.
+    them, where they were asked for. `linear` is what responds, with a ratio `damping` in every mode.
     """
 
     frequencies: Array
@@ -90,6 +109,21 @@ class Response(Result):
     transfers: tuple[PolesAndZeros, ...] = ()
     machine: str = ""
     stiffnesses: tuple[PointStiffness, ...] = ()
+    linear: Linearization | None = None
+    damping: float = 0.0
+
+    @cached_property
+    def sensitivity(self) -> ResponseSensitivity:
+        """Derivatives by all parameters, exact, along the equilibrium that moves with them."""
+        if self.linear is None:
+            raise InputError(self.machine or "response", "sensitivity", "this response is not that of a machine")
+        slopes = with_modal_damping_slopes(linear_slopes(self.linear), self.damping)
+        changes = np.full((len(slopes.names), *self.values.shape), np.nan, dtype=complex)
+        finite = np.isfinite(self.values).all(axis=(1, 2))
+        changes[:, finite] = response_slopes(slopes, self.frequencies[finite])[1]
+        parameters = self.linear.motion.parameters
+        values = np.array([parameters[name] for name in slopes.names])
+        return ResponseSensitivity(slopes.names, values, changes, self.values)
 
     def unit(self, output: str, source: str) -> str:
         """Return the unit of a response, such as m/N; SI where it is not known."""
@@ -175,6 +209,7 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
         (*linear.notes, *notes),
         units,
         machine=linear.motion.machine.name,
+        linear=linear,
     )
 
 
@@ -210,3 +245,21 @@ def with_modal_damping(linear: Linearization, ratio: float) -> Linearization:
     shapes = linear.M @ modal.shapes
     added = (shapes * (2 * ratio * np.sqrt(np.maximum(modal.eigenvalues, 0.0)))) @ shapes.T
     return replace(linear, D=linear.D + (added + added.T) / 2)
+
+
+def with_modal_damping_slopes(slopes: LinearSlopes, ratio: float) -> LinearSlopes:
+    """Return slopes with those of a damping ratio in every mode: D = 2 ratio M R with R = (M^-1 K)^(1/2).
+
+    In modal coordinates R is diag(w), and R dR + dR R = M^-1 (dK - dM R^2) gives
+    dR_ij = phi_i^T (dK - w_j^2 dM) phi_j/(w_i + w_j), zero where both modes are rigid.
+    """
+    if not ratio:
+        return slopes
+    linear = slopes.linear
+    modal = modes(linear)
+    Phi, w = modal.shapes, np.sqrt(np.maximum(modal.eigenvalues, 0.0))
+    changed = Phi.T @ slopes.K @ Phi - (Phi.T @ slopes.M @ Phi) * w**2
+    sums = w[:, None] + w
+    dR = np.divide(changed, sums, out=np.zeros_like(changed), where=sums > 0)
+    shapes = linear.M @ Phi
+    return replace(slopes, D=slopes.D + 2 * ratio * (slopes.M @ (Phi * w) @ shapes.T + shapes @ dR @ shapes.T))

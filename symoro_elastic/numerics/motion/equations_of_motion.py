@@ -321,27 +321,43 @@ class EquationsOfMotion:
         symbols = self._symbols(state.q, state.qd, state.qdd, state.torques)
         return self.assembled.total(gradient(self.residual, list(left), symbols, FLOATS), symbols, FLOATS)
 
-    def parameter_slopes(self, state: State, left: Array, dq: Array, dqd: Array, dqdd: Array) -> dict[str, Array]:
+    def parameter_slopes(
+        self, state: State, left: Array, dq: Array, dqd: Array, dqdd: Array, roots: Sequence[Scalar] | None = None
+    ) -> dict[str, Array]:
         """Return the derivatives of left^T dr by all parameters, (m,) each, along the equilibrium that moves with them.
 
-        dr is the change of r along dq, dqd and dqdd; the columns (n, m) of `left` and of these belong together. Where
-        an equilibrium was solved for, it moves by dq/dp = -K^-1 dr/dp.
+        dr is the change of r, or of other expressions `roots`, along dq, dqd and dqdd; the columns of `left` (roots, m)
+        and of these (n, m) belong together.
         """
-        by_q, by_symbol = self.change_slopes(state, left, dq, dqd, dqdd)
-        weights, sought = np.zeros_like(by_q), list(state.sought)
+        by_q, by_symbol = self.change_slopes(state, left, dq, dqd, dqdd, roots)
+        none, moved = np.zeros(left.shape[1]), self.position_slopes(state)
+        return {name: by_symbol.get(name, none) + moved[name] @ by_q for name in self.parameters}
+
+    def position_slopes(self, state: State) -> dict[str, Array]:
+        """Return the derivatives of q (n,) by all parameters: dq/dp = -K^-1 dr/dp where an equilibrium was solved for.
+
+        Zero for other coordinates.
+        """
+        n, sought = len(state.q), list(state.sought)
+        slopes = dict.fromkeys(self.parameters, np.zeros(n))
         if sought:
             stiffness = self.forces_and_stiffness(state.q)[1][np.ix_(sought, sought)]
-            weights[sought] = -np.linalg.lstsq(stiffness.T, by_q[sought], rcond=None)[0]
-        moved, none = self.work_slopes(state, weights), np.zeros(left.shape[1])
-        return {name: by_symbol.get(name, none) + moved.get(name, none) for name in self.parameters}
+            by_symbol = self.work_slopes(state, np.eye(n)[:, sought])
+            names = [name for name in self.parameters if name in by_symbol]
+            forces = np.array([by_symbol[name] for name in names]).reshape(len(names), len(sought))
+            moved = np.zeros((len(names), n))
+            moved[:, sought] = -np.linalg.lstsq(stiffness, forces.T, rcond=None)[0].T
+            slopes |= dict(zip(names, moved, strict=True))
+        return slopes
 
     def change_slopes(
-        self, state: State, left: Array, dq: Array, dqd: Array, dqdd: Array
+        self, state: State, left: Array, dq: Array, dqd: Array, dqdd: Array, roots: Sequence[Scalar] | None = None
     ) -> tuple[Array, dict[str, Array]]:
         """Return the derivatives of left^T dr by q (n, m), and by symbol of the parameters, (m,) each."""
         q, qd, qdd = _seeded(state.q, dq), _seeded(state.qd, dqd), _seeded(state.qdd, dqdd)
         symbols = self._symbols(q, qd, qdd, state.torques)
-        by_symbol = self.assembled.total(gradient(self.residual, list(left), symbols, DUALS), symbols, DUALS)
+        roots = self.residual if roots is None else roots
+        by_symbol = self.assembled.total(gradient(roots, list(left), symbols, DUALS), symbols, DUALS)
         none = np.zeros(left.shape[1])
         changed = {name: x.tangent + none if x.__class__ is Dual else none for name, x in by_symbol.items()}
         by_q = np.array([changed.get(symbol.operands[0], none) for symbol in self.bound.q.values()])
