@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from symoro_elastic.api.machines import write as write
     from symoro_elastic.api.measured import excite as excite
     from symoro_elastic.api.measured import identify as identify
+    from symoro_elastic.api.measured import update as update
     from symoro_elastic.api.models import certify as certify
     from symoro_elastic.api.models import check as check
     from symoro_elastic.api.models import equations as equations
@@ -62,7 +63,7 @@ _MODULES = {
     "api.kinematics": "singularities",
     "api.loaded": "load",
     "api.machines": "MachineWarning new read write",
-    "api.measured": "excite identify",
+    "api.measured": "excite identify update",
     "api.models": "certify check equations generate trade",
     "api.motions": "ladder simulate",
     "api.pages": "report",

@@ -189,6 +189,20 @@ def band(text: str | None, option: str) -> tuple[float, float, int] | None:
     return low, high, count
 
 
+def bands(given: Sequence[str], option: str) -> tuple[tuple[float, float], ...]:
+    """Return bands of frequencies, Hz, from `LOW:HIGH`."""
+    found = []
+    for text in given:
+        try:
+            low, high = map(number, text.split(":"))
+            if not 0 <= low < high:
+                raise ValueError
+        except ValueError:
+            raise InputError(COMMAND, option, f"{text!r}: give LOW:HIGH, two rising numbers of Hz") from None
+        found.append((low, high))
+    return tuple(found)
+
+
 def spindle_speeds(text: str | None, option: str) -> tuple[float, float, int] | None:
     """Return lowest and highest speed, turns per minute, and number of speeds, from `LOW:HIGH:COUNT`."""
     if text is None:
@@ -330,6 +344,7 @@ SPRINGS = Kind(springs_on_joints, many=True, shape="stiffness, or stiffness and 
 AXES = Kind(texts_by_name, _by_name(_axis_in), many=True, shape="texts or lists of numbers by name")
 GRID = Kind(grid, many=True, shape="lists of numbers by name")
 BAND = Kind(band, shape="(low, high, count)")
+BANDS = Kind(bands, many=True, shape="list of (low, high)")
 SPEEDS = Kind(spindle_speeds, shape="(low, high, count)")
 TOLERANCES = Kind(tolerances, many=True, shape="percentage or number, or by name")
 REQUESTS = Kind(requested_outputs, many=True, shape="lists of texts by name")

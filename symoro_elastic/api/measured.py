@@ -1,16 +1,17 @@
-"""Measured machines: excite, identify."""
+"""Measured machines: excite, identify, update."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.machines import the_machine
-from symoro_elastic.api.options import Exciting, Identifying
+from symoro_elastic.api.options import Exciting, Identifying, Updating
 from symoro_elastic.api.rows import SEEKING, MachineLike, Range, Ranges, Record, Values
 from symoro_elastic.foundation.errors import InputError, among
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.identification.trajectory import ExcitingTrajectory
     from symoro_elastic.analysis.time_series.measurements import Measurements
     from symoro_elastic.analysis.time_series.preparation import Preparation
+    from symoro_elastic.analysis.updating.updated import Updated
     from symoro_elastic.machine.machine import Machine
 
 
@@ -168,3 +170,30 @@ def _record(record: Record, machine: Machine, prepare: Preparation) -> Measureme
 
 def _refuse_unknown(values: Values, machine: Machine) -> None:
     among(tuple(values), tuple(parameter.name for parameter in machine.parameters), "--value")
+
+
+@operation(Updating)
+def update(machine: MachineLike, options: Updating) -> Updated:
+    """Return springs, dampers and masses estimated from vibration tests, with verdicts and what the tests cannot tell.
+
+    Raises
+    ------
+    InputError
+        For wrong tests, signals that do not exist, and responses with the opposite sign.
+    """
+    from symoro_elastic.analysis.updating.measured import VibrationTests
+    from symoro_elastic.analysis.updating.reading import read_tests
+    from symoro_elastic.analysis.updating.updated import Settings
+    from symoro_elastic.analysis.updating.updated import update as fit
+
+    of_file, given = the_machine(machine, options.values), options.tests
+    options.announce("read")
+    if isinstance(given, str | Path):
+        given = read_tests(given, of_file)
+    whole = given if isinstance(given, VibrationTests) else VibrationTests(tuple(given))
+    among(tuple(options.predict), tuple(test.name for test in whole.tests), "--predict")
+    tests = [replace(test, validate=test.validate or test.name in options.predict) for test in whole.tests]
+    settings = Settings(
+        tuple(options.seek), options.trust, options.mass_doubt, tuple(options.without), not options.plain
+    )  # fmt: skip
+    return fit(of_file, tests, settings, options.announce, whole.notes)

@@ -1,10 +1,10 @@
-"""Commands for measured machines: excite, identify."""
+"""Commands for measured machines: excite, identify, update."""
 
 from __future__ import annotations
 
 import click
 
-from symoro_elastic.api.options import Exciting, Identifying
+from symoro_elastic.api.options import Exciting, Identifying, Updating
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import (
@@ -19,9 +19,10 @@ from symoro_elastic.cli.options import (
     takes,
     writes,
 )
-from symoro_elastic.cli.output import print_result, progress_bar, steps
+from symoro_elastic.cli.output import print_parts, print_result, progress_bar, steps
 from symoro_elastic.cli.reading import read
 from symoro_elastic.foundation.file_forms import COLUMNS
+from symoro_elastic.foundation.results import plain
 
 
 @command("excite")
@@ -78,3 +79,41 @@ def identify(machine: str, options: Identifying, save: str | None, plots: Plots,
     if save and not as_json:
         click.echo(f"wrote {save}")
     plots.write(identified.plots)
+
+
+@command("update")
+@MACHINE
+@click.argument("tests", metavar="TESTS", type=InputFile())
+@takes(Updating)
+@click.option(
+    "--save", metavar="FILE", type=OutputMachine(), help=f"Save the machine with the estimates: {', '.join(WRITABLE)}."
+)
+@click.option("--next", "is_next", is_flag=True, help="Say which test to make next, and what it would tell.")
+@draws
+@writes
+@JSON
+def update(machine: str, options: Updating, save: str | None, is_next: bool, plots: Plots, as_json: bool) -> None:
+    """Read TESTS, a list (.toml) of frequency responses, natural frequencies or ring-downs at known positions.
+
+    It says what the tests cannot tell, and where the model lacks something.
+    """
+    from symoro_elastic.analysis.updating.views import next_table
+    from symoro_elastic.api import measured
+    from symoro_elastic.formats import write_machine
+
+    of_file = read(machine)
+    with steps() as step:
+        updated = call(measured.update, of_file, options, announce=step)
+        candidates = updated.next_tests() if is_next else []
+    saved, lines = updated.saved() if save else (None, [])
+    if save and saved:
+        write_machine(saved, save)
+        for line in lines:
+            click.echo(f"warning: {line}", err=True)
+    more = {"written": save} if save else {}
+    print_result(updated, as_json, **more, **({"next_tests": plain(candidates)} if is_next else {}))
+    if is_next and not as_json:
+        print_parts([next_table(candidates, updated.machine.name)])
+    if save and not as_json:
+        click.echo(f"wrote {save}")
+    plots.write(updated.plots)

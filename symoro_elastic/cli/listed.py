@@ -62,6 +62,7 @@ SECTIONS: Mapping[str, Mapping[str, Listed]] = {
     "Identification": {
         "excite": Listed("identification", "Design an exciting trajectory for identification."),
         "identify": Listed("identification", "Estimate dynamic parameters from measurements."),
+        "update": Listed("identification", "Estimate springs and dampers from vibration tests."),
     },
 }
 LISTED: Mapping[str, Listed] = {name: one for section in SECTIONS.values() for name, one in section.items()}

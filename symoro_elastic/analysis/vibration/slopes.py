@@ -124,8 +124,10 @@ def _response_slopes(slopes: LinearSlopes, s: ComplexArray) -> tuple[ComplexArra
     Z = s_ * s_ * linear.M + s_ * linear.D + linear.K
     C = linear.Cq + s_ * linear.Cv + s_ * s_ * linear.Ca
     moved = np.linalg.solve(Z, linear.F.astype(complex)[None])
-    left = np.linalg.solve(Z.transpose(0, 2, 1), C.transpose(0, 2, 1)).transpose(0, 2, 1)
     G: ComplexArray = C @ moved
+    if not slopes.names:
+        return G, np.zeros((0, *G.shape), dtype=complex)
+    left = np.linalg.solve(Z.transpose(0, 2, 1), C.transpose(0, 2, 1)).transpose(0, 2, 1)
     dG = np.zeros((len(slopes.names), *G.shape), dtype=complex)
     for power, changed in enumerate((slopes.K, slopes.D, slopes.M)):
         for k, rows in ((k, np.flatnonzero(one.any(axis=1))) for k, one in enumerate(changed)):

@@ -1,0 +1,138 @@
+"""What is wrong with a model or a test: bands where the model lacks something, signs, units, cross talk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.analysis.updating.estimator import Fit, Lines
+from symoro_elastic.analysis.updating.measured import VibrationTest
+from symoro_elastic.analysis.updating.predictions import Predicted
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+
+LACKING = 3.0
+"""chi2 above which the model lacks something that the data show."""
+OPPOSITE = 2.5
+"""Median phase error, rad, of a pair whose sign is wrong."""
+SCALED = math.log(3.0)
+CROSS_TALK = 1e-3
+"""Of the largest measured output of an input, above which a response that cannot be is said."""
+BANDS = 40
+KNOWN_FACTORS = {9.80665: "g instead of m/s2", 1e3: "mm instead of m", 1e6: "um instead of m", 2 * math.pi: "2 pi"}
+
+
+def refuse_opposite(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> None:
+    """Raise `InputError` for a pair whose phase is opposite to that of the model over its whole band."""
+    for line in lines:
+        G = predicted[line.test].responses[line.place].G[line.counted]
+        error = float(np.median(np.abs(np.angle(line.H / G))))
+        if error > OPPOSITE:
+            pair = f"{line.measured.output}/{line.measured.input}"
+            what = f"{pair} has the opposite sign of the model: median phase error {math.degrees(error):.0f} deg; "
+            what += f"write -{line.measured.output}, or turn the sensor's axis"
+            raise InputError(tests[line.test].name, pair, what)
+
+
+def of_scale(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> list[str]:
+    """Return a line for each pair whose size differs from the model's by one factor over the whole band."""
+    found = []
+    for line in lines:
+        G = predicted[line.test].responses[line.place].G[line.counted]
+        logs = np.log(np.abs(line.H / G))
+        middle = float(np.median(logs))
+        if abs(middle) > SCALED and float(np.median(np.abs(logs - middle))) < 0.2 * abs(middle):
+            factor = math.exp(abs(middle))
+            known = [what for x, what in KNOWN_FACTORS.items() if abs(math.log(factor / x)) < 0.1]
+            pair = f"{tests[line.test].name}: {line.measured.output}/{line.measured.input}"
+            side = "larger" if middle > 0 else "smaller"
+            found.append(f"{pair} is {factor:.3g} times {side} than the model over its whole band: check its unit"
+                         + (f" ({known[0]}?)" if known else ""))  # fmt: skip
+    return found
+
+
+def of_zero_pairs(tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]]) -> list[str]:
+    """Return lines about responses that the model cannot have: left out, cross talk where they were measured."""
+    found = []
+    for t, k in zero:
+        one = tests[t].responses[k]
+        largest = max(float(np.median(np.abs(x.H))) for x in tests[t].responses if x.input == one.input)
+        what = f"{tests[t].name}: {one.output}/{one.input} is zero in the model, and left out"
+        if np.median(np.abs(one.H)) > CROSS_TALK * largest:
+            what += ": the measurement has cross talk that the model cannot have"
+        found.append(what)
+    return found
+
+
+@dataclass(frozen=True)
+class Band:
+    """Frequencies, Hz, between which residuals are large, and their mean square there."""
+
+    low: float
+    high: float
+    chi2: float
+
+
+def lacking(lines: Sequence[Lines], fit: Fit) -> list[Band]:
+    """Return the bands of the largest residuals, at most two, where chi2 says that the model lacks something."""
+    if not fit.chi2 > LACKING:
+        return []
+    f = np.concatenate([np.tile(line.f, 2) for line in lines])
+    r2 = np.minimum(fit.residuals[: len(f)] ** 2, 1e12)
+    edges = np.geomspace(f.min(), f.max() * (1 + 1e-9), BANDS + 1)
+    place = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
+    count = np.bincount(place, minlength=BANDS)
+    means = np.bincount(place, r2, BANDS) / np.maximum(count, 1)
+    found: list[Band] = []
+    left = means.copy()
+    while len(found) < 2 and left.max() > max(LACKING, means.max() / 10):
+        low = high = int(left.argmax())
+        while low > 0 and left[low - 1] > left[high] / 3 and left[low - 1] > LACKING:
+            low -= 1
+        peak = float(left[low : high + 1].max())
+        while high < BANDS - 1 and left[high + 1] > peak / 3 and left[high + 1] > LACKING:
+            high += 1
+        found.append(Band(float(edges[low]), float(edges[high + 1]), float(means[low : high + 1].mean())))
+        left[max(low - 1, 0) : high + 2] = 0.0
+    return found
+
+
+def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
+    """Return chi2 read aloud."""
+    if math.isnan(fit.chi2):
+        return "the noise is not known (no coherence or no averages): residuals tell it, so chi2 says nothing"
+    if not bands:
+        means = "the model explains these tests within their noise" if fit.chi2 < 1.5 else "nearly within their noise"
+        return f"chi2 {fit.chi2:.3g}: {means}"
+    named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)
+    what = f"chi2 {fit.chi2:.3g}: the model lacks something {named}: a body, a spring or a mode that it does not have"
+    low, high = bands[0].low, bands[0].high
+    return f"{what}; standard deviations are lower bounds then; --without {low:.4g}:{high:.4g} leaves these lines out"
+
+
+def errors(measured: ComplexArray, predicted: ComplexArray) -> float:
+    """Return the median distance of two responses, dB."""
+    there = (np.abs(measured) > 0) & (np.abs(predicted) > 0)
+    return float(np.median(np.abs(20 * np.log10(np.abs(predicted[there]) / np.abs(measured[there])))))
+
+
+def peak_errors(f: Array, measured: ComplexArray, predicted: ComplexArray) -> float:
+    """Return the median relative distance of peaks from the nearest ones that were measured, NaN without any."""
+    own, other = _peaks(f, measured), _peaks(f, predicted)
+    if not len(own) or not len(other):
+        return math.nan
+    return float(np.median(np.abs(other - own[:, None]).min(axis=1) / own))
+
+
+def _peaks(f: Array, H: ComplexArray) -> Array:
+    """Return the frequencies of peaks of 6 dB, from parabolas through their three highest lines."""
+    dB = 20 * np.log10(np.maximum(np.abs(H), np.finfo(float).tiny))
+    places, _ = for_vibrations("scipy.signal").find_peaks(dB, prominence=6.0)
+    before, here, after = dB[places - 1], dB[places], dB[places + 1]
+    shift = 0.5 * (before - after) / (before - 2 * here + after)
+    x: Array = np.exp(np.interp(places + shift, np.arange(len(f)), np.log(f)))
+    return x

@@ -1,0 +1,249 @@
+"""The estimator: parameters that vibration tests tell, in two stages, robust against lines that are wrong.
+
+    1. find:    r = ln(G/H), weights 1/max(sd, 0.3 noise)       (insensitive to the height of peaks: a wide basin)
+    2. finish:  r = (G - H)/sd, real and imaginary parts        (maximum likelihood)
+
+Both by Levenberg-Marquardt with steps limited in ln p, a prior, and Cauchy weights w = 1/(1 + (r/c)^2), c = 2.5 s with
+s = max(1, 1.4826 median |r|). Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse
+from symoro_elastic.analysis.updating.noise import deviations, is_known
+from symoro_elastic.analysis.updating.predictions import Predicted, PredictedModes, Predictions
+from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+
+LARGEST_STEP = 0.7
+"""In ln p: factor 2."""
+LEAST_FALL = 1e-3
+"""Expected fall of the cost below which a fit has ended; the cost is half the sum of squares."""
+MOST_STEPS = 60
+CAUCHY = 2.5
+LEAST_SHARE = 0.3
+"""Of a pair's noise, below which a line of stage 1 gets no more weight."""
+USUAL_F, USUAL_ZETA = 0.002, 0.1
+"""Relative standard deviations of frequencies and damping ratios that no file gives."""
+ZERO = 1e-6
+"""Of the largest output of an input: a model response below it is zero."""
+
+
+@dataclass(frozen=True)
+class Lines:
+    """A response as it is fitted: the lines that count, its standard deviations, and whether they are known."""
+
+    measured: MeasuredResponse
+    counted: BoolArray
+    sd: Array
+    sd_is_known: bool
+    test: int
+    place: int
+
+    @property
+    def H(self) -> ComplexArray:
+        """The lines that count."""
+        H: ComplexArray = self.measured.H[self.counted]
+        return H
+
+    @property
+    def f(self) -> Array:
+        """Their frequencies, Hz."""
+        return self.measured.f[self.counted]
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Residuals r (N) and their slopes (p, N) by ln p."""
+
+    r: Array
+    J: Array
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Logarithms x (p,) of the unknowns, information of the data and covariance (p, p), residuals and weights.
+
+    `chi2` is the mean square of residuals, 1 for a model that is as exact as the data; NaN where the noise is unknown.
+    """
+
+    x: Array
+    information: Array
+    covariance: Array
+    chi2: float
+    residuals: Array
+    weights: Array
+    evaluations: int
+
+
+def lines_of(
+    predictions: Predictions, without: Sequence[tuple[float, float]] = (), least: float = ZERO
+) -> tuple[list[Lines], list[tuple[int, int]]]:
+    """Return the lines of all responses, and the places of those that the model cannot have (zero by symmetry)."""
+    found: list[Lines] = []
+    zero: list[tuple[int, int]] = []
+    x = predictions.sought.start
+    for t, (test, predicted) in enumerate(zip(predictions.tests, predictions.at(x, slopes=False), strict=True)):
+        sizes = [float(np.median(np.abs(one.G))) for one in predicted.responses]
+        for k, response in enumerate(test.responses):
+            beside = [s for s, other in zip(sizes, test.responses, strict=True) if other.input == response.input]
+            if sizes[k] <= least * max(beside) or sizes[k] == 0:
+                zero.append((t, k))
+                continue
+            counted = np.abs(response.H) > 0
+            for low, high in without:
+                counted &= (response.f < low) | (response.f > high)
+            if not counted.any():
+                what = f"{response.output}/{response.input} has no line left: give other windows, or leave the pair out"
+                raise InputError(test.name, "--without", what)
+            sd = deviations(response, test.averages)[counted]
+            found.append(Lines(response, counted, sd, is_known(response, test.averages), t, k))
+    return found, zero
+
+
+class Estimator:
+    """Residuals of lines and modes at any values of the unknowns, and their minima."""
+
+    def __init__(self, predictions: Predictions, lines: Sequence[Lines], robust: bool = True) -> None:
+        self.predictions, self.lines, self.robust = predictions, list(lines), robust
+        self.evaluations = 0
+        self.start, self.prior = predictions.sought.start, predictions.sought.prior
+
+    def fit(self) -> Fit:
+        """Return the minimum near the start: stage 1, then stage 2, whose noise is that of the residuals if unknown."""
+        x = self._minimum(self.start, self._logarithms)
+        self.lines = [self._with_noise(line, x) for line in self.lines]
+        x = self._minimum(x, self._differences)
+        if not all(line.sd_is_known for line in self.lines):
+            self.lines = [self._with_noise(line, x) for line in self.lines]
+            x = self._minimum(x, self._differences)
+        return self._at_minimum(x)
+
+    def _with_noise(self, line: Lines, x: Array) -> Lines:
+        """Return lines with the standard deviation of their residuals, where none is known."""
+        if line.sd_is_known:
+            return line
+        (predicted,) = self.predictions.at(x, False, [self.predictions.tests[line.test]])
+        r = (predicted.responses[line.place].G[line.counted] - line.H) / line.sd
+        scale = 1.4826 * float(np.median(np.abs(np.concatenate([r.real, r.imag]))))
+        return Lines(line.measured, line.counted, line.sd * max(scale, 1e-6), False, line.test, line.place)
+
+    def residuals(self, x: Array, of: Callable[[Lines, Predicted], Residuals]) -> Residuals:
+        """Return the residuals of all tests, those of modes last; raises `InputError` without equilibrium."""
+        self.evaluations += 1
+        predicted = self.predictions.at(x)
+        parts = [of(line, predicted[line.test]) for line in self.lines]
+        for test, one in zip(self.predictions.tests, predicted, strict=True):
+            if test.modes is not None and one.modes is not None:
+                parts.append(_modal(test.modes, one.modes))
+        return Residuals(np.concatenate([part.r for part in parts]), np.concatenate([part.J for part in parts], axis=1))
+
+    def _logarithms(self, line: Lines, predicted: Predicted) -> Residuals:
+        """Return ln(G/H), its phase wrapped; weights are bounded where lines are exact."""
+        one = predicted.responses[line.place]
+        G, dG = one.G[line.counted], one.slopes[:, line.counted]  # type: ignore[index]
+        sd = line.sd / np.abs(line.H)
+        weight = 1 / np.maximum(sd, LEAST_SHARE * np.median(sd))
+        r, J = np.log(G / line.H) * weight, dG / G * weight
+        return Residuals(np.concatenate([r.real, r.imag]), np.concatenate([J.real, J.imag], axis=1))
+
+    def _differences(self, line: Lines, predicted: Predicted) -> Residuals:
+        one = predicted.responses[line.place]
+        r = (one.G[line.counted] - line.H) / line.sd
+        J = one.slopes[:, line.counted] / line.sd  # type: ignore[index]
+        return Residuals(np.concatenate([r.real, r.imag]), np.concatenate([J.real, J.imag], axis=1))
+
+    def _minimum(self, x: Array, of: Callable[[Lines, Predicted], Residuals]) -> Array:
+        """Return where Levenberg-Marquardt ends: little to gain, or two steps running refused."""
+        here, damping, refused = self.residuals(x, of), 1e-3, 0
+        for _ in range(MOST_STEPS):
+            c = self._scale(here.r)
+            weights = self._weights(here.r, c)
+            A = (here.J * weights) @ here.J.T + np.diag(self.prior)
+            b = (here.J * weights) @ here.r + self.prior * (x - self.start)
+            newton = np.linalg.solve(A, b)
+            if 0.5 * b @ newton < LEAST_FALL * max(1.0, (c / CAUCHY) ** 2 if self.robust else 1.0):
+                break
+            step = -np.linalg.solve(A + damping * np.diag(np.diag(A)), b)
+            step *= min(1.0, LARGEST_STEP / np.abs(step).max())
+            there = self._tried(x + step, of)
+            fall = -1.0 if there is None else self._cost(here.r, x, c) - self._cost(there.r, x + step, c)
+            if there is not None and fall > 0:
+                x, here, refused = x + step, there, 0
+                damping = max(damping / 5, 1e-9)
+            else:
+                refused += 1
+                damping = max(damping * 10, 1e-4)
+                small = -(step @ b + 0.5 * step @ A @ step) < LEAST_FALL
+                if refused > (2 if small else 12):
+                    break
+        return x
+
+    def _tried(self, x: Array, of: Callable[[Lines, Predicted], Residuals]) -> Residuals | None:
+        """Return the residuals, None where the machine has no equilibrium or a line no finite response."""
+        try:
+            found = self.residuals(x, of)
+        except (InputError, np.linalg.LinAlgError):
+            return None
+        return found if np.isfinite(found.r).all() and np.isfinite(found.J).all() else None
+
+    def _scale(self, r: Array) -> float:
+        return CAUCHY * max(1.0, 1.4826 * float(np.median(np.abs(r)))) if len(r) else CAUCHY
+
+    def _weights(self, r: Array, c: float) -> Array:
+        return 1 / (1 + (r / c) ** 2) if self.robust else np.ones_like(r)
+
+    def _cost(self, r: Array, x: Array, c: float) -> float:
+        """Half the sum of squares, or its Cauchy form, with the prior."""
+        data = 0.5 * c**2 * np.log1p((r / c) ** 2).sum() if self.robust else 0.5 * (r**2).sum()
+        return float(data + 0.5 * self.prior @ (x - self.start) ** 2)
+
+    def _at_minimum(self, x: Array) -> Fit:
+        """Return the fit with its covariance, for noise that is normal but for few lines."""
+        here = self.residuals(x, self._differences)
+        weights = self._weights(here.r, self._scale(here.r))
+        mean, efficiency = _of_normal_noise() if self.robust else (1.0, 1.0)
+        freedom = max(1.0 - len(x) / max(len(here.r), 1), 0.1)
+        chi2 = float((weights * here.r**2).sum() / max(weights.sum(), 1e-300)) / mean / freedom
+        information = (here.J * weights) @ here.J.T * efficiency / max(chi2, 1.0)
+        covariance = np.asarray(np.linalg.inv(information + np.diag(self.prior)), dtype=float)
+        known = all(line.sd_is_known for line in self.lines)
+        return Fit(x, information, covariance, chi2 if known else float("nan"), here.r, weights, self.evaluations)
+
+
+@cache
+def _of_normal_noise() -> tuple[float, float]:
+    """Return of normal noise with std 1: the weighted mean square, and what J^T W J is short of the information.
+
+    An M-estimator has the variance E[psi^2]/E[psi']^2 times that of the information, psi = w r; E[w] J^T J is J^T W J.
+    """
+    r = np.linspace(-10, 10, 20001)
+    density = np.exp(-(r**2) / 2)
+    density /= density.sum()
+    weight = 1 / (1 + (r / CAUCHY) ** 2)
+    slope = (1 - (r / CAUCHY) ** 2) * weight**2
+    mean, of_psi, of_slope = (float(density @ y) for y in (weight, (weight * r) ** 2, slope))
+    return float(density @ (weight * r**2)) / mean, of_slope**2 / of_psi / mean
+
+
+def _modal(measured: MeasuredModes, predicted: PredictedModes) -> Residuals:
+    """Return ln(f/f_measured)/sd and ln(zeta/zeta_measured)/sd of modes that have a partner, zero for others."""
+    parts = []
+    for own, value, slopes, std, usual in (
+        (measured.f, predicted.f, predicted.slopes_f, measured.std_f, USUAL_F),
+        (measured.zeta, predicted.zeta, predicted.slopes_zeta, measured.std_zeta, USUAL_ZETA),
+    ):
+        if own is None:
+            continue
+        relative = np.full(len(own), usual) if std is None else np.where(np.isfinite(std), std / own, usual)
+        there = np.isfinite(value) & np.isfinite(own) & (value > 0) & np.isfinite(slopes).all(axis=0)
+        r = np.log(np.where(there, value / np.where(there, own, 1.0), 1.0)) / relative
+        J = np.where(there, slopes / np.where(there, value, 1.0), 0.0) / relative
+        parts.append(Residuals(r, J))
+    return Residuals(np.concatenate([one.r for one in parts]), np.concatenate([one.J for one in parts], axis=1))

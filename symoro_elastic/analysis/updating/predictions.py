@@ -1,0 +1,181 @@
+"""What a machine with given parameters predicts of vibration tests, and the exact slopes of that by ln p."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.analysis.updating.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
+from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
+from symoro_elastic.analysis.vibration.modes import damped_poles
+from symoro_elastic.analysis.vibration.slopes import (
+    LinearSlopes,
+    linear_slopes,
+    pole_slopes,
+    ratio_slopes,
+    response_slopes,
+)
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
+from symoro_elastic.numerics.motion.equilibrium import equilibrium
+
+LEAST_MAC = 0.5
+RIVALS = 0.1
+"""MAC within which two modes both fit a measured one."""
+
+
+@dataclass(frozen=True)
+class PredictedResponse:
+    """G (N) of a measured response, and its slopes (p, N) by ln p; without slopes None."""
+
+    G: ComplexArray
+    slopes: ComplexArray | None = None
+
+
+@dataclass(frozen=True)
+class PredictedModes:
+    """Frequencies (k), Hz, and damping ratios (k) that belong to measured modes, NaN without one; slopes (p, k)."""
+
+    f: Array
+    zeta: Array
+    slopes_f: Array
+    slopes_zeta: Array
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """What is predicted of one test."""
+
+    responses: tuple[PredictedResponse, ...]
+    modes: PredictedModes | None = None
+
+
+class Predictions:
+    """Predictions of tests at any values of the unknowns; what is traced is shared."""
+
+    def __init__(self, sought: Sought, tests: Sequence[VibrationTest]) -> None:
+        """Raise `InputError` for signals that the machine, or a motor that is held, has not."""
+        self.sought, self.tests = sought, tuple(tests)
+        ins = [one.input for test in tests for one in test.responses]
+        outs = [name for test in tests for name in _outputs(test)]
+        self.motion = motion_of(sought.machine, {}, tuple(dict.fromkeys(ins)), tuple(dict.fromkeys(outs)))
+        self.parameters = [name for name in sought.labels if name in self.motion.parameters]
+
+    def at(self, x: Array, slopes: bool = True, tests: Sequence[VibrationTest] | None = None) -> list[Predicted]:
+        """Return the predictions at logarithms x (p,) of the unknowns; raises `InputError` without equilibrium."""
+        values = dict(zip(self.sought.labels, np.exp(x).tolist(), strict=True))
+        motion = self.motion.at_values({name: values[name] for name in self.parameters})
+        return [self._of(motion, test, values, slopes) for test in (self.tests if tests is None else tests)]
+
+    def linear_at(self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float]) -> Linearization:
+        """Return the machine in a test, linearized, with the controllers of the test."""
+        ins = tuple(dict.fromkeys(one.input for one in test.responses))
+        outs = tuple(dict.fromkeys(_outputs(test)))
+        linear = linearize(motion, equilibrium(motion, test.at), ins, outs)
+        linear = with_motors(linear, held_in(test, motion.motor_names), gains_in(test, values))
+        gone = [name for name in (*ins, *outs) if name not in (*linear.inputs, *linear.outputs)]
+        if gone:
+            what = (
+                f"{gone[0]} is of a motor that this test holds, so nothing moves there: leave it out of one of the two"
+            )
+            raise InputError(motion.source, test.name, what)
+        return linear
+
+    def _of(
+        self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float], slopes: bool
+    ) -> Predicted:
+        linear = self.linear_at(motion, test, values)
+        changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
+        responses: list[PredictedResponse | None] = [None] * len(test.responses)
+        for group in _groups(test.responses):
+            G, dG = response_slopes(changed, test.responses[group[0]].f)
+            for k in group:
+                o = linear.outputs.index(test.responses[k].output)
+                i = linear.inputs.index(test.responses[k].input)
+                responses[k] = PredictedResponse(G[:, o, i], dG[:, :, o, i] if slopes else None)
+        modes = None if test.modes is None else _modes_of(changed, test.modes)
+        return Predicted(tuple(one for one in responses if one is not None), modes)
+
+    def _slopes(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float]) -> LinearSlopes:
+        """Return slopes by ln p of all unknowns: those of parameters, times p, and those of unknown gains."""
+        found = linear_slopes(linear, self.parameters)
+        p, n, motion = len(values), len(linear.kept), linear.motion
+        place = {label: k for k, label in enumerate(self.sought.labels)}
+        rows, size = [place[name] for name in found.names], np.array([values[name] for name in found.names])
+        whole = {}
+        for name, axis in (("M", 0), ("D", 0), ("K", 0), ("F", 0), ("C", 1)):
+            one = np.moveaxis(getattr(found, name), axis, 0)
+            spread = np.zeros((p, *one.shape[1:]))
+            spread[rows] = one * size.reshape(-1, *[1] * (one.ndim - 1))
+            whole[name] = np.moveaxis(spread, 0, axis)
+        for motor in (name for name, given in test.pd.items() if given is None):
+            row = linear.motors[motion.motor(motor, "pd")]
+            for gain, matrix in ((KP, "K"), (KD, "D")):
+                label = gain_label(motor, gain)
+                whole[matrix][place[label]] = values[label] * np.outer(row, row).reshape(n, n)
+        F, C = whole["F"], whole["C"]
+        return LinearSlopes(linear, self.sought.labels, whole["M"], whole["D"], whole["K"], F, C)
+
+
+def _without_slopes(linear: Linearization) -> LinearSlopes:
+    n, i, o = len(linear.kept), len(linear.inputs), len(linear.outputs)
+    none = np.zeros((0, n, n))
+    return LinearSlopes(linear, (), none, none, none, np.zeros((0, n, i)), np.zeros((3, 0, o, n)))
+
+
+def _outputs(test: VibrationTest) -> list[str]:
+    return [*(one.output for one in test.responses), *(test.modes.outputs if test.modes else ())]
+
+
+def _groups(responses: Sequence[MeasuredResponse]) -> list[list[int]]:
+    """Return the responses that have the same frequencies, by their places."""
+    groups: list[list[int]] = []
+    for k, one in enumerate(responses):
+        same = [group for group in groups if np.array_equal(responses[group[0]].f, one.f)]
+        if same:
+            same[0].append(k)
+        else:
+            groups.append([k])
+    return groups
+
+
+def _modes_of(slopes: LinearSlopes, measured: MeasuredModes) -> PredictedModes:
+    """Return the poles that belong to measured modes, by shape and frequency; pairs that are in doubt are left out."""
+    linear = slopes.linear
+    poles, vectors = damped_poles(linear)
+    swinging = np.flatnonzero(poles.imag > 1e-6 * np.abs(poles))
+    poles, vectors = poles[swinging], vectors[:, swinging]
+    apart = np.abs(np.log(np.abs(poles) / (2 * np.pi * measured.f[:, None])))
+    cost, likeness = apart, np.ones_like(apart)
+    if measured.shapes is not None:
+        rows = [linear.outputs.index(name) for name in measured.outputs]
+        own = linear.Cq @ vectors + poles * (linear.Cv @ vectors) + poles**2 * (linear.Ca @ vectors)
+        likeness = _mac(measured.shapes, own[rows].T)
+        cost = apart - likeness
+    rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
+    chosen = poles[columns]
+    size, zeta = np.abs(chosen) / (2 * np.pi), -chosen.real / np.abs(chosen)
+    by_f, by_zeta = ratio_slopes(chosen, pole_slopes(slopes, chosen))
+    rivals = (
+        np.sort(likeness - apart, axis=1)[rows][:, -2:] if len(poles) > 1 else np.array([[-np.inf, 0.0]] * len(rows))
+    )
+    sure = (likeness[rows, columns] >= LEAST_MAC) & ((rivals[:, 1] - rivals[:, 0] > RIVALS) | (measured.shapes is None))
+    k, p = len(measured.f), len(slopes.names)
+    found = PredictedModes(np.full(k, np.nan), np.full(k, np.nan), np.zeros((p, k)), np.zeros((p, k)))
+    for one, values in ((found.f, size), (found.zeta, zeta)):
+        one[rows[sure]] = values[sure]
+    found.slopes_f[:, rows[sure]], found.slopes_zeta[:, rows[sure]] = by_f[:, sure], by_zeta[:, sure]
+    return found
+
+
+def _mac(measured: ComplexArray, shapes: ComplexArray) -> Array:
+    """Return |a^H b|^2 / (a^H a b^H b) of shapes (k, outputs) and (m, outputs), (k, m)."""
+    cross = np.abs(measured.conj() @ shapes.T) ** 2
+    sizes = np.sum(np.abs(measured) ** 2, axis=1)[:, None] * np.sum(np.abs(shapes) ** 2, axis=1)
+    likeness: Array = np.divide(cross, sizes, out=np.zeros_like(cross), where=sizes > 0)
+    return likeness

@@ -1,0 +1,165 @@
+"""From vibration tests to the machine that explains them: fit, verdicts, doubts, unseen tests, the next test."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from symoro_elastic.analysis.updating import doubts
+from symoro_elastic.analysis.updating.estimator import Estimator, Fit, Lines, lines_of
+from symoro_elastic.analysis.updating.measured import VibrationTest
+from symoro_elastic.analysis.updating.next_tests import Candidate, next_tests
+from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
+from symoro_elastic.analysis.updating.told import Found, Verdict, found_of, untold
+from symoro_elastic.analysis.updating.unknowns import Sought, sought_of
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.progress import Announce, announce_nothing
+from symoro_elastic.foundation.results import Result
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.named_cells import with_values
+
+DIGITS = 6
+"""Of values that are saved."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How tests are fitted: what is sought, prior factor, doubt of masses, windows left out, robust or not."""
+
+    seek: tuple[str, ...] = ()
+    trust: float = 2.0
+    mass_doubt: float = 0.0
+    without: tuple[tuple[float, float], ...] = ()
+    robust: bool = True
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How well a response of a test is predicted: median |dB| and relative error of peaks, before and after the fit."""
+
+    test: str
+    output: str
+    input: str
+    is_fitted: bool
+    before: float
+    after: float
+    peaks_before: float
+    peaks_after: float
+
+
+@dataclass(frozen=True, repr=False)
+class Updated(Result):
+    """A machine updated by vibration tests: estimates with verdicts, the fit, and lines about what is in doubt.
+
+    `tests` were fitted, `unseen` were only predicted. `untold` are sentences about what these tests cannot tell.
+    """
+
+    machine: Machine
+    sought: Sought
+    tests: tuple[VibrationTest, ...]
+    unseen: tuple[VibrationTest, ...]
+    settings: Settings
+    fit: Fit
+    lines: tuple[Lines, ...]
+    estimates: tuple[Found, ...]
+    untold: tuple[str, ...]
+    bands: tuple[doubts.Band, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def headline(self) -> str:
+        """Machine, tests and parameters."""
+        kept = [one for one in self.estimates if not one.unknown.is_nuisance]
+        good = sum(one.verdict is Verdict.IDENTIFIED for one in kept)
+        count = f"{len(self.tests)} test{'' if len(self.tests) == 1 else 's'}"
+        return f"Update of {self.machine.name}: {good} of {len(kept)} parameters identified from {count}"
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Values by label, as they are saved."""
+        return {one.unknown.label: float(f"{one.value:.{DIGITS}g}") for one in self.estimates}
+
+    @property
+    def verdict_on_model(self) -> str:
+        """chi2 read aloud."""
+        return doubts.verdict_on_model(self.fit, self.bands)
+
+    @cached_property
+    def predictions(self) -> tuple[tuple[Predicted, ...], tuple[Predicted, ...]]:
+        """What the machine predicts of all tests, fitted and unseen ones, before and after."""
+        asked = Predictions(self.sought, (*self.tests, *self.unseen))
+        return tuple(asked.at(self.sought.start, False)), tuple(asked.at(self.fit.x, False))
+
+    @cached_property
+    def shown(self) -> tuple[Shown, ...]:
+        """How well each response is predicted, before and after."""
+        found = []
+        zero = {(line.test, line.place) for line in self.lines}
+        for t, (test, before, after) in enumerate(zip((*self.tests, *self.unseen), *self.predictions, strict=True)):
+            for k, (one, old, new) in enumerate(zip(test.responses, before.responses, after.responses, strict=True)):
+                fitted = t < len(self.tests)
+                if fitted and (t, k) not in zero:
+                    continue
+                numbers = [doubts.errors(one.H, each.G) for each in (old, new)]
+                numbers += [doubts.peak_errors(one.f, one.H, each.G) for each in (old, new)]
+                found.append(Shown(test.name, one.output, one.input, fitted, *numbers))
+        return tuple(found)
+
+    def next_tests(self, count: int = 5) -> list[Candidate]:
+        """Return the tests after which the sought parameters are known best, the best one first."""
+        return next_tests(Predictions(self.sought, self.tests), self.lines, self.fit, count)
+
+    def saved(self) -> tuple[Machine, list[str]]:
+        """Return the machine with the values found, and lines about those that no machine file holds."""
+        of_machine = {one.label: not one.is_gain for one in self.sought.unknowns}
+        values = {label: x for label, x in self.values.items() if of_machine[label]}
+        gains = [f"{label} = {x:.4g}" for label, x in self.values.items() if not of_machine[label]]
+        lines = (
+            [f"{', '.join(gains)}: of controllers, not of the machine, so the file does not hold them"] if gains else []
+        )
+        masses = [one.unknown.label for one in self.estimates if one.unknown.is_nuisance]
+        if masses:
+            lines.append(
+                f"{len(masses)} masses and inertias are saved as fitted, within their doubt: stiffness goes with them"
+            )
+        return with_values(self.sought.machine, values), lines
+
+
+def update(
+    machine: Machine,
+    tests: Sequence[VibrationTest],
+    settings: Settings,
+    step: Announce = announce_nothing,
+    notes: Sequence[str] = (),
+) -> Updated:
+    """Return the machine that explains these tests best, near its file.
+
+    Raises
+    ------
+    InputError
+        For tests without data, signals and parameters that do not exist, a response whose sign is opposite.
+    """
+    fitted = tuple(test for test in tests if not test.validate)
+    if not any(test.responses or test.modes for test in fitted):
+        raise InputError(machine.label, "tests", "no test is left to fit: at least one without validate is needed")
+    if not (math.isfinite(settings.trust) and settings.trust > 1):
+        raise InputError(machine.label, "--trust", f"{settings.trust:g} is not a factor above 1")
+    step("start")
+    sought = sought_of(machine, fitted, settings.seek, settings.trust, settings.mass_doubt)
+    predictions = Predictions(sought, fitted)
+    lines, zero = lines_of(predictions, settings.without)
+    step("fit")
+    estimator = Estimator(predictions, lines, settings.robust)
+    fit = estimator.fit()
+    after = predictions.at(fit.x, slopes=False)
+    doubts.refuse_opposite(fitted, estimator.lines, after)
+    lines_about = [*notes, *sought.notes, *doubts.of_zero_pairs(fitted, zero)]
+    lines_about += doubts.of_scale(fitted, estimator.lines, after)
+    bands = doubts.lacking(estimator.lines, fit)
+    return Updated(
+        machine, sought, fitted, tuple(test for test in tests if test.validate), settings, fit, tuple(estimator.lines),
+        found_of(sought, fit, settings.trust), tuple(untold(sought, fit, settings.trust)), tuple(bands),
+        tuple(lines_about),
+    )  # fmt: skip
