@@ -22,7 +22,6 @@ from symoro_elastic.cli.options import (
 from symoro_elastic.cli.output import print_parts, print_result, progress_bar, steps
 from symoro_elastic.cli.reading import read
 from symoro_elastic.foundation.file_forms import COLUMNS
-from symoro_elastic.foundation.results import plain
 
 
 @command("excite")
@@ -100,6 +99,7 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
     from symoro_elastic.analysis.updating.views import next_table
     from symoro_elastic.api import measured
     from symoro_elastic.formats import write_machine
+    from symoro_elastic.foundation.results import plain
 
     of_file = read(machine)
     with steps() as step:

@@ -21,6 +21,7 @@ import symoro_elastic as se
 from symoro_elastic.analysis.ladder.budget import Budget, MeasuredEnd, PathStep, Spent
 from symoro_elastic.analysis.ladder.rung import Rung, Steps
 from symoro_elastic.analysis.trade_off.guaranteed import Contribution, GuaranteedCurve, GuaranteedPoint
+from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.api.options import Oscillating
 from symoro_elastic.api.vibrations import modes_along
@@ -127,10 +128,17 @@ MADE: dict[str, Callable[[Path], Any]] = {
     "Sweep": lambda _: se.sweep(DRIVE, over={"arm.stiffness": [900.0, 1000.0]}, hold=["all"]),
     "Tracked": lambda _: modes_along(DRIVE, {"motor": [0.0, 0.1]}, Oscillating(hold=("all",))),
     "Trade": lambda _: se.trade(PENDULUM, effort="quick", states=4),
+    "Updated": lambda _: _updated(),
     "Verification": lambda _: se.check(PENDULUM, "inertia_matrix"),
 }
 """How to make one of each class that is shown, by its name."""
 LONG = ("Trade", "Ladder", "Simulation", "Simulations", "Report")
+
+
+def _updated() -> Result:
+    answer = se.response(DRIVE, inputs=["motor.tau"], outputs=["motor.qdd"], band=(0.5, 50, 40), damping=0.02)
+    measured = MeasuredResponse("motor.qdd", "motor.tau", answer.frequencies, answer.values[:, 0, 0])
+    return se.update(DRIVE, [VibrationTest("sweep", {}, responses=(measured,))])
 
 
 def classes(kind: type) -> Iterator[type]:

@@ -96,6 +96,7 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
         ("data.csv", "--load-friction", "all", "--link-side", "all", "--temperatures"),
         ("data.csv", "--possible", "--trust", "0.3", "--save", "found.toml", "--force"),
     ),
+    "update": (("tests.toml",), ("tests.toml", "--seek", "a.mass", "--next", "--save", "found.toml", "--force")),
 }
 """Options with which every command is called on every odd machine; several times where they change the way, and not
 where it takes no machine, or goes on until it is ended."""
@@ -136,6 +137,9 @@ def test_odd_machines_end_no_command_with_a_traceback(machine: str, command: str
     rows = [f"{k / 100},{k % 7},{k % 5},{k % 3},{k % 2}" for k in range(200)]
     (tmp_path / "data.csv").write_text("\n".join(["t,q_a,q_b,tau_a,tau_b", *rows]))
     (tmp_path / "motion.toml").write_text(MOTION)
+    (tmp_path / "tests.toml").write_text('[[tests]]\nfile = "hammer.csv"\n')
+    rows = [f"{k},{k % 7},{k % 5}" for k in range(1, 20)]
+    (tmp_path / "hammer.csv").write_text("\n".join(["f [Hz],re b.ax/b.fx,im b.ax/b.fx", *rows]))
     for options in CALLS[command][: 1 if machine == "long_chain" else None]:
         refuse_leaks(ended(command, "odd.toml", *options))
 
@@ -168,6 +172,7 @@ JSON: dict[str, tuple[str, ...]] = {
     "control": ("--damping", "0.02"),
     "excite": (*LIMITS, "--sample-rate", "20", "--out", "e.csv"),
     "identify": ("data.csv",),
+    "update": ("tests.toml",),
 }
 SLOW: dict[str, tuple[str, ...]] = {
     "check": ("--model", "inertia_matrix"),

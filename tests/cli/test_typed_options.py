@@ -24,6 +24,7 @@ NEEDED = {
     "ladder": ("--scene", str(SCENE)),
     "sweep": ("--over", "m2=1,2"),
     "identify": ("data.csv",),
+    "update": ("tests.toml", "--seek", "m1"),
     "lobes": ("--direction", "tip.x", "--cutting", "1e9"),
 }
 """What a command does not do without."""
@@ -35,6 +36,9 @@ PROGRAMS = {"--compiler", "--compiler-flags", "--scheduler"}
 def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [f"{k / 100},{k % 7},{k % 5},{k % 3},{k % 2}" for k in range(200)]
     (tmp_path / "data.csv").write_text("\n".join(["t,q_shoulder,q_elbow,tau_shoulder,tau_elbow", *rows]))
+    (tmp_path / "tests.toml").write_text('[[tests]]\nfile = "hammer.csv"\n')
+    rows = [f"{k},{k % 7},{k % 5}" for k in range(1, 20)]
+    (tmp_path / "hammer.csv").write_text("\n".join(["f [Hz],re tip.ax/tip.fx,im tip.ax/tip.fx", *rows]))
     monkeypatch.chdir(tmp_path)
 
 

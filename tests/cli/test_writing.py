@@ -47,6 +47,7 @@ WRITING_LATE = {
     "control": (TWO_AXIS, "--damping", "0.02", "--save", "out.toml"),
     "identify": (TWO_R, "none.csv", "--save", "out.toml"),
     "report": (TWO_R, "--out", "out.html"),
+    "update": (TWO_AXIS, "none.toml", "--save", "out.toml"),
 }
 """The same where that takes long, or needs measurements first."""
 
@@ -168,7 +169,7 @@ def test_pictures_into_a_file_are_refused_before_any_work(command: str, tmp_path
     scene = ("--scene", "scene.toml")
     cut = ("--direction", "tip.x", "--cutting", "1e9")
     needed = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene, "lobes": cut}
-    more = needed.get(command, ())
+    more = (needed | {"update": ("tests.toml",)}).get(command, ())
     assert refused(command, "none.toml", *more, "--plots", "mine") == (
         "mine: --plots: is a file, not a folder: choose another folder"
     )
@@ -214,7 +215,7 @@ def test_formats_of_pictures_are_refused_before_any_work(command: str) -> None:
     scene = ("--scene", "scene.toml")
     cut = ("--direction", "tip.x", "--cutting", "1e9")
     needed = {"excite": (*LIMITS, "--out", "e.csv"), "identify": ("data.csv",), "ladder": scene, "lobes": cut}
-    more = needed.get(command, ())
+    more = (needed | {"update": ("tests.toml",)}).get(command, ())
     unknown = refused(command, "none.toml", *more, "--plots", "p", "--plot-format", "bmp")
     assert unknown == "symoro-elastic: --plot-format: no format 'bmp': choose from png, svg, pdf"
     alone = refused(command, "none.toml", *more, "--plot-format", "svg")

@@ -3,15 +3,21 @@
     1. find:    r = ln(G/H), weights 1/max(sd, 0.3 noise)       (insensitive to the height of peaks: a wide basin)
     2. finish:  r = (G - H)/sd, real and imaginary parts        (maximum likelihood)
 
+If residuals stay large, again from the start, with responses smoothed over frequency at first, less and less: by
+Poisson's kernel a w/((a w)^2 + (w - v)^2), which is what more damping does to a response. G and H are smoothed alike,
+over the lines there are, so that nothing outside the band is missing. Then from where two springs have exchanged their
+values. The best minimum is taken.
+
 Both by Levenberg-Marquardt with steps limited in ln p, a prior, and Cauchy weights w = 1/(1 + (r/c)^2), c = 2.5 s with
 s = max(1, 1.4826 median |r|). Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -26,6 +32,13 @@ LARGEST_STEP = 0.7
 LEAST_FALL = 1e-3
 """Expected fall of the cost below which a fit has ended; the cost is half the sum of squares."""
 MOST_STEPS = 60
+WIDTHS = (0.3, 0.1, 0.03)
+"""Of the kernel that smooths responses, over the frequency."""
+LEAST_SPREAD = 0.01
+EXCHANGES = 3
+"""Pairs of parameters that are exchanged."""
+FAR, FAR_LOGARITHM = 1.15, 0.05
+"""chi2, and median |ln(G/H)| where the noise is unknown, above which another minimum is sought."""
 CAUCHY = 2.5
 LEAST_SHARE = 0.3
 """Of a pair's noise, below which a line of stage 1 gets no more weight."""
@@ -113,17 +126,72 @@ class Estimator:
     def __init__(self, predictions: Predictions, lines: Sequence[Lines], robust: bool = True) -> None:
         self.predictions, self.lines, self.robust = predictions, list(lines), robust
         self.evaluations = 0
+        self._kernels: dict[tuple[float, bytes], Array] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
 
     def fit(self) -> Fit:
-        """Return the minimum near the start: stage 1, then stage 2, whose noise is that of the residuals if unknown."""
-        x = self._minimum(self.start, self._logarithms)
+        """Return the minimum near the start, or the best of others where residuals stay larger than noise."""
+        given = self.lines
+        found, lines = self._fit(self.start), self.lines
+        for start in self._other_starts:
+            for x in start(found) if self._is_far(found, lines) else ():
+                self.lines = given
+                again = self._fit(x)
+                if self._distance(again, self.lines) < self._distance(found, lines):
+                    found, lines = again, self.lines
+        self.lines = lines
+        return found
+
+    @property
+    def _other_starts(self) -> tuple[Callable[[Fit], list[Array]], ...]:
+        return self._from_smoothed, self._exchanged
+
+    def _from_smoothed(self, _: Fit) -> list[Array]:
+        """Return the minimum of responses that are smoothed less and less, from the start on."""
+        x = self.start
+        for width in WIDTHS:
+            x = self._minimum(x, partial(self._smoothed, width))
+        return [x]
+
+    def _exchanged(self, fit: Fit) -> list[Array]:
+        """Return starts in which two parameters have exchanged their values, as springs in a row may have.
+
+        They are the pairs of one unit whose errors are correlated most.
+        """
+        std = np.sqrt(np.diag(fit.covariance))
+        units = np.array([one.unit for one in self.predictions.sought.unknowns])
+        correlated = np.where(units[:, None] == units, np.abs(fit.covariance) / np.outer(std, std), 0.0)
+        order = np.argsort(-np.triu(correlated, 1), axis=None)[:EXCHANGES]
+        found = []
+        for i, j in zip(*np.unravel_index(order, correlated.shape), strict=True):
+            x = fit.x.copy()
+            x[[i, j]] = x[[j, i]]
+            found.append(x)
+        return found
+
+    def _fit(self, x: Array) -> Fit:
+        """Return the minimum near x: stage 1, then stage 2, whose noise is that of the residuals if unknown."""
+        x = self._minimum(x, self._logarithms)
         self.lines = [self._with_noise(line, x) for line in self.lines]
         x = self._minimum(x, self._differences)
         if not all(line.sd_is_known for line in self.lines):
             self.lines = [self._with_noise(line, x) for line in self.lines]
             x = self._minimum(x, self._differences)
         return self._at_minimum(x)
+
+    def _is_far(self, fit: Fit, lines: Sequence[Lines]) -> bool:
+        """Whether residuals are larger than noise explains, so that another minimum may be better."""
+        if not lines:
+            return False
+        return fit.chi2 > FAR if math.isfinite(fit.chi2) else self._distance(fit, lines) > FAR_LOGARITHM
+
+    def _distance(self, fit: Fit, lines: Sequence[Lines]) -> float:
+        """Return the cost of a minimum, or the median of |ln(G/H)| where the noise is unknown."""
+        if math.isfinite(fit.chi2):
+            return self._cost(fit.residuals, fit.x, CAUCHY)
+        predicted = self.predictions.at(fit.x, slopes=False)
+        every = [predicted[line.test].responses[line.place].G[line.counted] / line.H for line in lines]
+        return float(np.median(np.abs(np.log(np.concatenate(every)))))
 
     def _with_noise(self, line: Lines, x: Array) -> Lines:
         """Return lines with the standard deviation of their residuals, where none is known."""
@@ -152,6 +220,25 @@ class Estimator:
         weight = 1 / np.maximum(sd, LEAST_SHARE * np.median(sd))
         r, J = np.log(G / line.H) * weight, dG / G * weight
         return Residuals(np.concatenate([r.real, r.imag]), np.concatenate([J.real, J.imag], axis=1))
+
+    def _smoothed(self, width: float, line: Lines, predicted: Predicted) -> Residuals:
+        """Return ln(G/H) of smoothed responses, in units of the noise of lines."""
+        one = predicted.responses[line.place]
+        kernel = self._kernel(width, line)
+        G, dG = kernel @ one.G[line.counted], one.slopes[:, line.counted] @ kernel.T  # type: ignore[index]
+        weight = 1 / max(float(np.median(line.sd / np.abs(line.H))), LEAST_SPREAD)
+        r, J = np.log(G / (kernel @ line.H)) * weight, dG / G * weight
+        return Residuals(np.concatenate([r.real, r.imag]), np.concatenate([J.real, J.imag], axis=1))
+
+    def _kernel(self, width: float, line: Lines) -> Array:
+        """Return weights (N, N) of lines, rows that sum to 1; each line stands for the band that is nearest to it."""
+        key = (width, line.f.tobytes())
+        if key not in self._kernels:
+            f = line.f
+            share = np.gradient(f) if len(f) > 1 else np.ones(1)
+            kernel = share * width * f[:, None] / ((width * f[:, None]) ** 2 + (f[:, None] - f) ** 2)
+            self._kernels[key] = kernel / kernel.sum(axis=1, keepdims=True)
+        return self._kernels[key]
 
     def _differences(self, line: Lines, predicted: Predicted) -> Residuals:
         one = predicted.responses[line.place]

@@ -66,7 +66,10 @@ def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count
         order = np.argsort(after - before)[:3]
         tells = tuple(sought.labels[kept[k]] for k in order if after[k] < 0.7 * before[k])
         found.append(Candidate(test, float(1 - after.sum() / before.sum()), tells))
-    return sorted(found, key=lambda one: -one.fall)[:count]
+    best: dict[object, Candidate] = {}
+    for one in sorted(found, key=lambda one: -one.fall):
+        best.setdefault((one.test.responses[0].input, one.test.hold, tuple(one.test.pd)), one)
+    return list(best.values())[:count]
 
 
 def information_of(predictions: Predictions, x: Array, test: VibrationTest, noise: float) -> Array:

@@ -23,6 +23,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.motion.inertia import refuse_singular
 
 LEAST_MAC = 0.5
 RIVALS = 0.1
@@ -90,6 +91,7 @@ class Predictions:
         self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float], slopes: bool
     ) -> Predicted:
         linear = self.linear_at(motion, test, values)
+        refuse_singular(motion, linear.M, linear.kept)
         changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
         responses: list[PredictedResponse | None] = [None] * len(test.responses)
         for group in _groups(test.responses):

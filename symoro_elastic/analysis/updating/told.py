@@ -1,7 +1,7 @@
 """What vibration tests tell: a verdict for each parameter, and sentences about what they cannot tell apart.
 
-Verdicts compare the standard deviation of ln p with that of the prior. A direction of ln p that data hold no better
-than half the prior is a sentence: of two parameters the direction says whether they act in series or in parallel.
+Verdicts compare the standard deviation of ln p with that of the prior. A direction of ln p, an eigenvector of the
+covariance, with more than half the prior's is a sentence: of two parameters it says whether they act in series.
 """
 
 from __future__ import annotations
@@ -65,14 +65,8 @@ def _verdict(share: float) -> Verdict:
 def untold(sought: Sought, fit: Fit, trust: float) -> list[str]:
     """Return sentences about directions that these tests do not tell, each with its parameters."""
     kept = [k for k, one in enumerate(sought.unknowns) if not one.is_nuisance]
-    others = [k for k, one in enumerate(sought.unknowns) if one.is_nuisance]
-    A = fit.information[np.ix_(kept, kept)]
-    if others:
-        beside = fit.information[np.ix_(others, others)] + np.diag(sought.prior[others])
-        cross = fit.information[np.ix_(kept, others)]
-        A = A - cross @ np.linalg.solve(beside, cross.T)
-    values, vectors = np.linalg.eigh((A + A.T) / 2)
-    null = vectors[:, values < (TOLD * math.log(trust)) ** -2]
+    values, vectors = np.linalg.eigh(fit.covariance[np.ix_(kept, kept)])
+    null = vectors[:, values > (TOLD * math.log(trust)) ** 2]
     labels, sizes = [sought.labels[k] for k in kept], np.exp(fit.x[kept])
     alone, lines = [], []
     for direction in directions(null):
@@ -82,8 +76,7 @@ def untold(sought: Sought, fit: Fit, trust: float) -> list[str]:
         else:
             lines.append(_sentence([labels[k] for k in members], direction[members], sizes[members]))
     if alone:
-        keep = "it keeps" if len(alone) == 1 else "they keep"
-        lines.insert(0, f"these tests do not tell {_listed(alone)} at all: {keep} the value of the file")
+        lines.insert(0, f"these tests do not tell {_listed(alone)}: what stands there is near the start")
     return lines
 
 

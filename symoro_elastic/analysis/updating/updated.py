@@ -150,6 +150,9 @@ def update(
     sought = sought_of(machine, fitted, settings.seek, settings.trust, settings.mass_doubt)
     predictions = Predictions(sought, fitted)
     lines, zero = lines_of(predictions, settings.without)
+    if zero and not lines and not any(test.modes for test in fitted):
+        pairs = ", ".join(f"{one.output}/{one.input}" for test in fitted for one in test.responses)
+        raise InputError(machine.label, "tests", f"{pairs}: zero in the model, so nothing is left to fit")
     step("fit")
     estimator = Estimator(predictions, lines, settings.robust)
     fit = estimator.fit()

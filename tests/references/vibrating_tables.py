@@ -1,0 +1,233 @@
+"""Frequency responses of machines from their tables, by a program of its own: numpy and complex steps.
+
+Frames are those of Khalil and Kleinfinger; Jacobians are imaginary parts of frames at q + i h e_k, which lose no
+digits; the curvature of gravity's energy is that of its gradient by central differences. Nothing of the package is used,
+so that it is a shop floor whose truth is another program.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+Tables = Mapping[str, Any]
+STEP = 1e-30
+NAMES = {"pi": math.pi}
+AXES = {"x": 0, "y": 1, "z": 2}
+
+
+def with_labels(tables: Tables, values: Mapping[str, float]) -> dict[str, Any]:
+    """Tables with other numbers: `ram.stiffness`, `ram.damping`, `table.mass`, `motor.viscous`, or a parameter."""
+    found: dict[str, Any] = copy.deepcopy(dict(tables))
+    section = {"stiffness": "springs", "damping": "springs", "mass": "bodies", "viscous": "friction"}
+    section["rotor_inertia"] = "motors"
+    for label, x in values.items():
+        joint, dot, key = label.rpartition(".")
+        if dot:
+            found.setdefault(section[key], {}).setdefault(joint, {})[key] = x
+        else:
+            found["parameters"][label]["value"] = x
+    return found
+
+
+class VibratingTables:
+    """A machine with tables as in its file; `dependent` gives the variables of a loop from the independent ones."""
+
+    def __init__(self, tables: Tables, dependent: Callable[[dict[str, Any]], dict[str, Any]] | None = None) -> None:
+        self.tables, self.dependent = tables, dependent
+        self.joints = [joint for joint in tables["joints"] if joint["kind"] != "cut"]
+        self.constants = NAMES | {name: one["value"] for name, one in tables.get("parameters", {}).items()}
+        own = [(joint, _variable(joint)) for joint in self.joints]
+        following = {x for loop in tables.get("loops", {}).values() for x in loop["dependent"]}
+        self.moving = [(joint, x) for joint, x in own if x]
+        self.variables = [x for _, x in self.moving if x not in following]
+        self.names = {joint["name"]: x for joint, x in self.moving}
+
+    def number(self, x: Any) -> float:
+        """A cell without variables."""
+        return float(_value(x, self.constants)) if isinstance(x, str) else float(x)
+
+    def coordinates(self, q: Any) -> dict[str, Any]:
+        """All variables by name, dependent ones too."""
+        found = dict(zip(self.variables, q, strict=True))
+        return found | (self.dependent(found) if self.dependent else {})
+
+    def frames(self, q: Any) -> dict[str, Any]:
+        """Frame of each joint, (4, 4), complex."""
+        symbols = {**self.constants, **self.coordinates(q)}
+        frames: dict[Any, Any] = {0: np.eye(4, dtype=complex)}
+        last: Any = 0
+        for joint in self.joints:
+            cell = {k: _value(joint.get(k, 0), symbols) for k in ("gamma", "b", "alpha", "d", "theta", "r")}
+            antecedent = joint.get("antecedent", last)
+            T = _turn(2, cell["gamma"]) @ _shift(2, cell["b"]) @ _turn(0, cell["alpha"]) @ _shift(0, cell["d"])
+            frames[joint["name"]] = frames[antecedent] @ T @ _turn(2, cell["theta"]) @ _shift(2, cell["r"])
+            last = joint["name"]
+        return frames
+
+    def jacobian(self, q: Any, of: Callable[[Any], Any]) -> Any:
+        """Derivatives of numbers by q, (numbers, n)."""
+        n = len(q)
+        columns = [np.imag(of(np.asarray(q) + 1j * STEP * np.eye(n)[k])) / STEP for k in range(n)]
+        return np.stack([np.ravel(x) for x in columns], axis=-1)
+
+    def bodies(self) -> list[tuple[str, float, Any, Any]]:
+        """Name, mass, centre of mass and inertia about it, of each body."""
+        found = []
+        for name, body in self.tables["bodies"].items():
+            mass = self.number(body.get("mass", 0))
+            c = np.array([self.number(x) for x in body.get("center_of_mass", (0, 0, 0))])
+            tensor = _tensor([self.number(x) for x in body.get("inertia", body.get("inertia_at_origin", (0, 0, 0)))])
+            found.append((name, mass, c, tensor))
+        return found
+
+    def inertia(self, q: Any) -> Any:
+        """M (n, n): sum of m J^T J and Jw^T I Jw, and rotors."""
+        n = len(q)
+        M, here = np.zeros((n, n)), self.frames(q)
+        for name, mass, c, tensor in self.bodies():
+            at = np.append(c, 1.0)
+            J = self.jacobian(q, lambda x, name=name, at=at: (self.frames(x)[name] @ at)[:3])
+            R = np.real(here[name][:3, :3])
+            dR = self.jacobian(q, lambda x, name=name: self.frames(x)[name][:3, :3]).reshape(3, 3, n)
+            spin = np.einsum("ji,jkn->ikn", R, dR)
+            w = np.stack([spin[2, 1], spin[0, 2], spin[1, 0]])
+            M += mass * J.T @ J + w.T @ tensor @ w
+        for name, motor in self.tables.get("motors", {}).items():
+            S = self.rates(q, name)
+            M += self.number(motor.get("rotor_inertia", 0)) * self.number(motor.get("ratio", 1)) ** 2 * np.outer(S, S)
+        return M
+
+    def rates(self, q: Any, joint: str) -> Any:
+        """Derivative (n,) of a joint's own variable by q."""
+        return self.jacobian(q, lambda x: np.array([self.coordinates(x)[self.names[joint]]]))[0]
+
+    def gravity_forces(self, q: Any) -> Any:
+        """Gradient of the energy of gravity."""
+        g = np.array([self.number(x) for x in self.tables.get("gravity", (0, 0, 0))])
+
+        def energy(x: Any) -> Any:
+            frames = self.frames(x)
+            return np.array([sum(-m * g @ (frames[name] @ np.append(c, 1.0))[:3] for name, m, c, _ in self.bodies())])
+
+        return self.jacobian(q, energy)[0]
+
+    def springs(self, q: Any) -> tuple[Any, Any]:
+        """K and D of springs, dampers and viscous friction, by the rates of their own variables."""
+        n = len(q)
+        K, D = np.zeros((n, n)), np.zeros((n, n))
+        for name, spring in self.tables.get("springs", {}).items():
+            S = self.rates(q, name)
+            K += self.number(spring["stiffness"]) * np.outer(S, S)
+            D += self.number(spring.get("damping", 0)) * np.outer(S, S)
+        for name, friction in self.tables.get("friction", {}).items():
+            S = self.rates(q, name)
+            D += self.number(friction.get("viscous", 0)) * np.outer(S, S)
+        return K, D
+
+    def deflections(self, q: Any) -> Any:
+        """Generalised forces (n,) of the springs; their own variables are zero without load."""
+        values = self.coordinates(q)
+        return sum(
+            self.number(spring["stiffness"]) * np.real(values[self.names[name]]) * self.rates(q, name)
+            for name, spring in self.tables.get("springs", {}).items()
+        )
+
+    def small_motions(self, at: Mapping[str, float]) -> tuple[Any, Any, Any, Any]:
+        """q at equilibrium with motors held, M, D, K."""
+        motors = {self.names[joint["name"]] for joint in self.joints if joint["kind"] == "motor"}
+        q = np.zeros(len(self.variables))
+        for name, x in at.items():
+            q[self.variables.index(self.names[name])] = x
+        free = [k for k, x in enumerate(self.variables) if x not in motors]
+        for _ in range(8):
+            K = self.stiffness(q)
+            r = self.gravity_forces(q) + self.deflections(q)
+            step = np.zeros_like(q)
+            if free:
+                step[free] = -np.linalg.solve(K[np.ix_(free, free)], r[free])
+            q = q + step
+        return q, self.inertia(q), self.springs(q)[1], self.stiffness(q)
+
+    def stiffness(self, q: Any) -> Any:
+        """K: slopes of the forces of springs and gravity."""
+        h = 1e-5
+        n = len(q)
+        forces = [
+            [self.gravity_forces(q + way * h * e) + self.deflections(q + way * h * e) for way in (1, -1)]
+            for e in np.eye(n)
+        ]
+        curved = np.stack([(a - b) / (2 * h) for a, b in forces], axis=1)
+        springs = self.springs(q)[0]
+        loaded = curved - springs  # of gravity alone: the small part, where differences lose nothing that counts
+        return springs + (loaded + loaded.T) / 2
+
+    def response(
+        self, at: Mapping[str, float], hold: Sequence[str], pairs: Sequence[tuple[str, str]], f: Any,
+        pd: Mapping[str, tuple[float, float]] | None = None,
+    ) -> Any:  # fmt: skip
+        """G (f, pairs) of `frame.ax` or `motor.qdd` to `frame.fx` or `motor.tau`."""
+        q, M, D, K = self.small_motions(at)
+        for name, (kp, kd) in (pd or {}).items():
+            S = self.rates(q, name)
+            K, D = K + kp * np.outer(S, S), D + kd * np.outer(S, S)
+        fixed = {self.variables.index(self.names[name]) for name in hold}
+        kept = [k for k in range(len(q)) if k not in fixed]
+        chosen, s = np.ix_(kept, kept), (2j * np.pi * np.asarray(f))[:, None, None]
+        Z = s * s * M[chosen] + s * D[chosen] + K[chosen]
+        names = list(dict.fromkeys(x for _, x in pairs))
+        forces = np.stack([self._row(q, x)[kept] for x in names], axis=1).astype(complex)
+        moved = np.linalg.solve(Z, np.broadcast_to(forces, (len(Z), *forces.shape)))
+        outs = np.stack([self._row(q, out)[kept] for out, _ in pairs])
+        each = [moved[:, :, names.index(x)] @ row for row, (_, x) in zip(outs, pairs, strict=True)]
+        return s[:, :, 0] ** 2 * np.stack(each, axis=1)
+
+    def _row(self, q: Any, signal: str) -> Any:
+        """Jacobian (n,) behind a signal."""
+        owner, _, what = signal.rpartition(".")
+        if what in ("tau", "qdd"):
+            return self.rates(q, owner)
+        axis = AXES[what[-1]]
+        if what.startswith("wd"):
+            R = np.real(self.frames(q)[owner][:3, :3])
+            dR = self.jacobian(q, lambda x: self.frames(x)[owner][:3, :3]).reshape(3, 3, len(q))
+            spin = np.einsum("ikn,jk->ijn", dR, R)
+            return np.stack([spin[2, 1], spin[0, 2], spin[1, 0]])[axis]
+        return self.jacobian(q, lambda x: self.frames(x)[owner][:3, 3])[axis]
+
+
+def _variable(joint: Mapping[str, Any]) -> str:
+    """The variable of a joint, empty where it has none."""
+    if joint["kind"] == "fixed":
+        return ""
+    cell = joint["theta" if joint["sigma"] == 0 else "r"]
+    return str(joint.get("variable", str(cell).split("+")[0].strip()))
+
+
+def _value(cell: Any, symbols: Mapping[str, Any]) -> Any:
+    return eval(cell.replace("^", "**"), {}, dict(symbols)) if isinstance(cell, str) else cell
+
+
+def _turn(axis: int, angle: Any) -> Any:
+    T = np.eye(4, dtype=complex)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    T[i, i] = T[j, j] = np.cos(angle)
+    T[i, j], T[j, i] = -np.sin(angle), np.sin(angle)
+    return T
+
+
+def _shift(axis: int, length: Any) -> Any:
+    T = np.eye(4, dtype=complex)
+    T[axis, 3] = length
+    return T
+
+
+def _tensor(entries: Sequence[float]) -> Any:
+    if len(entries) == 3:
+        return np.diag(entries)
+    xx, xy, xz, yy, yz, zz = entries
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
