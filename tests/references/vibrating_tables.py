@@ -1,8 +1,8 @@
 """Frequency responses of machines from their tables, by a program of its own: numpy and complex steps.
 
 Frames are those of Khalil and Kleinfinger; Jacobians are imaginary parts of frames at q + i h e_k, which lose no
-digits; the curvature of gravity's energy is that of its gradient by central differences. Nothing of the package is used,
-so that it is a shop floor whose truth is another program.
+digits; the curvature of gravity's energy is that of its gradient by central differences. Nothing of the package is
+used, so that it is a shop floor whose truth is another program.
 """
 
 from __future__ import annotations

@@ -23,6 +23,8 @@ SCALED = math.log(3.0)
 CROSS_TALK = 1e-3
 """Of the largest measured output of an input, above which a response that cannot be is said."""
 BANDS = 40
+FARTHEST_PEAK = 0.5
+"""Relative distance beyond which a predicted peak is another one."""
 KNOWN_FACTORS = {9.80665: "g instead of m/s2", 1e3: "mm instead of m", 1e6: "um instead of m", 2 * math.pi: "2 pi"}
 
 
@@ -57,15 +59,17 @@ def of_scale(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: 
 
 def of_zero_pairs(tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]]) -> list[str]:
     """Return lines about responses that the model cannot have: left out, cross talk where they were measured."""
-    found = []
+    quiet, found = [], []
     for t, k in zero:
         one = tests[t].responses[k]
         largest = max(float(np.median(np.abs(x.H))) for x in tests[t].responses if x.input == one.input)
-        what = f"{tests[t].name}: {one.output}/{one.input} is zero in the model, and left out"
+        pair = f"{tests[t].name}: {one.output}/{one.input}"
         if np.median(np.abs(one.H)) > CROSS_TALK * largest:
-            what += ": the measurement has cross talk that the model cannot have"
-        found.append(what)
-    return found
+            what = "is zero in the model, and left out: the measurement has cross talk that the model cannot have"
+            found.append(f"{pair} {what}")
+        else:
+            quiet.append(pair)
+    return found + ([f"zero in the model, and left out: {', '.join(quiet)}"] if quiet else [])
 
 
 @dataclass(frozen=True)
@@ -121,11 +125,13 @@ def errors(measured: ComplexArray, predicted: ComplexArray) -> float:
 
 
 def peak_errors(f: Array, measured: ComplexArray, predicted: ComplexArray) -> float:
-    """Return the median relative distance of peaks from the nearest ones that were measured, NaN without any."""
+    """Return the median relative distance of measured peaks from the nearest predicted ones, NaN without any near."""
     own, other = _peaks(f, measured), _peaks(f, predicted)
     if not len(own) or not len(other):
         return math.nan
-    return float(np.median(np.abs(other - own[:, None]).min(axis=1) / own))
+    apart = np.abs(other - own[:, None]).min(axis=1) / own
+    near = apart[apart < FARTHEST_PEAK]
+    return float(np.median(near)) if len(near) else math.nan
 
 
 def _peaks(f: Array, H: ComplexArray) -> Array:

@@ -32,12 +32,13 @@ LARGEST_STEP = 0.7
 LEAST_FALL = 1e-3
 """Expected fall of the cost below which a fit has ended; the cost is half the sum of squares."""
 MOST_STEPS = 60
+MOST_REFUSED = 8
 WIDTHS = (0.3, 0.1, 0.03)
 """Of the kernel that smooths responses, over the frequency."""
 LEAST_SPREAD = 0.01
-EXCHANGES = 3
-"""Pairs of parameters that are exchanged."""
-FAR, FAR_LOGARITHM = 1.15, 0.05
+EXCHANGES, LEAST_CORRELATED = 3, 0.5
+"""Pairs of parameters that are exchanged, and the correlation of their errors."""
+FAR, FAR_LOGARITHM = 1.25, 0.05
 """chi2, and median |ln(G/H)| where the noise is unknown, above which another minimum is sought."""
 CAUCHY = 2.5
 LEAST_SHARE = 0.3
@@ -164,6 +165,8 @@ class Estimator:
         order = np.argsort(-np.triu(correlated, 1), axis=None)[:EXCHANGES]
         found = []
         for i, j in zip(*np.unravel_index(order, correlated.shape), strict=True):
+            if correlated[i, j] < LEAST_CORRELATED:
+                break
             x = fit.x.copy()
             x[[i, j]] = x[[j, i]]
             found.append(x)
@@ -255,7 +258,8 @@ class Estimator:
             A = (here.J * weights) @ here.J.T + np.diag(self.prior)
             b = (here.J * weights) @ here.r + self.prior * (x - self.start)
             newton = np.linalg.solve(A, b)
-            if 0.5 * b @ newton < LEAST_FALL * max(1.0, (c / CAUCHY) ** 2 if self.robust else 1.0):
+            least = LEAST_FALL * max(1.0, 2 * self._cost(here.r, x, c) / len(here.r))
+            if 0.5 * b @ newton < least:
                 break
             step = -np.linalg.solve(A + damping * np.diag(np.diag(A)), b)
             step *= min(1.0, LARGEST_STEP / np.abs(step).max())
@@ -267,8 +271,7 @@ class Estimator:
             else:
                 refused += 1
                 damping = max(damping * 10, 1e-4)
-                small = -(step @ b + 0.5 * step @ A @ step) < LEAST_FALL
-                if refused > (2 if small else 12):
+                if refused > (1 if -(step @ b + 0.5 * step @ A @ step) < least else MOST_REFUSED):
                     break
         return x
 

@@ -25,6 +25,8 @@ FRACTIONS = (-0.8, 0.0, 0.8)
 MOST_PLACES = 9
 LINES = 100
 """Of a candidate; its information counts as that of as many lines as tests have."""
+LEAST_FALL = 0.01
+"""Of the sum of variances: a test that lowers it less is none."""
 FLOOR = 0.01
 """Of the median of a response: noise where it is small, as in the tests so far."""
 
@@ -69,7 +71,7 @@ def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count
     best: dict[object, Candidate] = {}
     for one in sorted(found, key=lambda one: -one.fall):
         best.setdefault((one.test.responses[0].input, one.test.hold, tuple(one.test.pd)), one)
-    return list(best.values())[:count]
+    return [one for one in best.values() if one.fall > LEAST_FALL][:count]
 
 
 def information_of(predictions: Predictions, x: Array, test: VibrationTest, noise: float) -> Array:

@@ -34,6 +34,7 @@ FIRST_SERVO = 20.0
 """Frequency, Hz, that unknown gains of a motor give its own inertia at the start."""
 STARTED_TRUST = 10.0
 """Factor within which values are that no file gives."""
+FRICTION = "viscous"
 KP, KD = "kp", "kd"
 
 
@@ -88,6 +89,7 @@ def sought_of(
 ) -> Sought:
     """Return what is sought: every stiffness, damping and viscous friction unless parameters are named in `seek`.
 
+    The friction of motors that all tests hold is not.
     Springs without damping start at 2 % of critical in the mode with most of their strain energy. With a `mass_doubt`,
     a relative standard deviation, masses and inertias are unknown to that. Raises `InputError` for unknown names.
     """
@@ -97,7 +99,10 @@ def sought_of(
     started = {line.partition(" = ")[0] for line in notes}
     motion = motion_of(machine)
     parameters = dict(_parameters(motion))
-    chosen = seek or [name for name, (dimensions, _) in parameters.items() if dimensions <= SOUGHT]
+    still = set.intersection(*(set(held_in(test, motion.motor_names)) for test in tests))
+    idle = {f"{motor}.{FRICTION}" for motor in still}
+    usual = [name for name, (dimensions, _) in parameters.items() if dimensions <= SOUGHT and name not in idle]
+    chosen = seek or usual
     for name in chosen:
         if name not in parameters:
             raise InputError(machine.label, "--seek", f"no parameter {quote(name)}{did_you_mean(name, parameters)}")

@@ -50,17 +50,27 @@ def linear_slopes(linear: Linearization, names: Sequence[str] = ()) -> LinearSlo
     Controllers of motors are in D and K; a damping ratio that was added to every mode is not. Raises `InputError` for
     unknown names, and for a state that moves: how a parameter changes its accelerations is not followed.
     """
-    motion, k = linear.motion, len(linear.kept)
+    motion, k, n = linear.motion, len(linear.kept), len(linear.motion.joints)
     if linear.unrest:
         what = f"derivatives by parameters are those of equilibria, and this state is {linear.unrest[0]}"
         raise InputError(motion.source, "sensitivity", what)
     chosen = chosen_parameters(motion, names)
-    kept = np.eye(len(motion.joints))[:, list(linear.kept)]
-    left, right = np.repeat(kept, k, axis=1), np.tile(kept, k)
-    moved = [np.hstack([right * (block == one) for block in range(3)]) for one in range(3)]
-    of_r = motion.parameter_slopes(linear.state, np.tile(left, 3), moved[0], moved[1], moved[2])
-    K, D, M = np.array([of_r[name] for name in chosen]).reshape(len(chosen), 3, k, k).transpose(1, 0, 2, 3)
-    F, C, motors = _row_slopes(linear, chosen)
+    roots = _velocities(linear)
+    rows, kept = len(roots), np.eye(n)[:, list(linear.kept)]
+    # Columns: M, D and K, the changes of r along qdd, qd and q; then those of velocities along qd, their Jacobian.
+    left = np.zeros((n + rows, 3 * k * k + rows * k))
+    left[:n, : 3 * k * k] = np.tile(np.repeat(kept, k, axis=1), 3)
+    left[n:, 3 * k * k :] = np.repeat(np.eye(rows), k, axis=1)
+    along, none = np.tile(kept, k), np.zeros((n, k * k))
+    nothing, jacobian = np.zeros((n, rows * k)), np.tile(kept, rows)
+    dq, dqd, dqdd = (
+        np.hstack([*(along if block == one else none for block in range(3)), jacobian if one == 1 else nothing])
+        for one in range(3)
+    )
+    by_name = motion.parameter_slopes(linear.state, left, dq, dqd, dqdd, [*motion.residual, *roots])
+    found = np.array([by_name[name] for name in chosen]).reshape(len(chosen), left.shape[1])
+    K, D, M = found[:, : 3 * k * k].reshape(len(chosen), 3, k, k).transpose(1, 0, 2, 3)
+    F, C, motors = _row_slopes(linear, found[:, 3 * k * k :].reshape(len(chosen), rows, k))
     for row, slopes, (kp, kd) in zip(linear.motors, motors.transpose(1, 0, 2), linear.gains, strict=True):
         if kp or kd:
             both = slopes[:, :, None] * row
@@ -78,35 +88,33 @@ def chosen_parameters(motion: EquationsOfMotion, names: Sequence[str]) -> tuple[
     return tuple(names or motion.parameters)
 
 
-def _row_slopes(linear: Linearization, names: Sequence[str]) -> tuple[Array, Array, Array]:
-    """Return the derivatives of F, of C, and of the rows of motors with a controller (p, m, n)."""
-    motion, k = linear.motion, len(linear.kept)
-    ins, outs = inputs(motion.given, linear.inputs), outputs(motion.given, linear.outputs)
-    driven = np.flatnonzero(linear.gains.any(axis=1)).tolist()
-    roots = [root_of(motion, s, at_rest=True) for s in (*ins, *outs)] + [_motor_rate(motion, m) for m in driven]
-    found = _jacobian_slopes(linear, roots, names)
-    C, motors = np.zeros((3, len(names), len(outs), k)), np.zeros((len(names), len(linear.motors), k))
+def _driven(linear: Linearization) -> list[int]:
+    """Return the motors that a controller drives."""
+    return [m for m, gains in enumerate(linear.gains) if gains.any()]
+
+
+def _velocities(linear: Linearization) -> list[Scalar]:
+    """Return the expressions of velocities behind inputs and outputs, and of motors with a controller."""
+    motion = linear.motion
+    signals = (*inputs(motion.given, linear.inputs), *outputs(motion.given, linear.outputs))
+    return [root_of(motion, s, at_rest=True) for s in signals] + [_motor_rate(motion, m) for m in _driven(linear)]
+
+
+def _row_slopes(linear: Linearization, found: Array) -> tuple[Array, Array, Array]:
+    """Return the derivatives of F, of C, and of the rows of motors (p, m, n), from those of velocities (p, rows, n)."""
+    p, _, k = found.shape
+    ins, outs = len(linear.inputs), outputs(linear.motion.given, linear.outputs)
+    C, motors = np.zeros((3, p, len(outs), k)), np.zeros((p, len(linear.motors), k))
     for o, s in enumerate(outs):
-        C[s.order, :, o] = found[:, len(ins) + o]
-    motors[:, driven] = found[:, len(ins) + len(outs) :]
-    return found[:, : len(ins)].transpose(0, 2, 1), C, motors
+        C[s.order, :, o] = found[:, ins + o]
+    motors[:, _driven(linear)] = found[:, ins + len(outs) :]
+    return found[:, :ins].transpose(0, 2, 1), C, motors
 
 
 def _motor_rate(motion: EquationsOfMotion, m: int) -> Scalar:
     """Return the expression of the rate of a motor."""
     j, coordinates = motion.machine.motors[m], motion.bound.coordinates
     return product(coordinates.S_x[j] if j in motion.machine.with_variable else coordinates.S[j], motion.bound.qd)
-
-
-def _jacobian_slopes(linear: Linearization, roots: Sequence[Scalar], names: Sequence[str]) -> Array:
-    """Return the derivatives by parameters of those of velocities by qd, (p, roots, n)."""
-    motion, k = linear.motion, len(linear.kept)
-    if not roots:
-        return np.zeros((len(names), 0, k))
-    moved = np.tile(np.eye(len(motion.joints))[:, list(linear.kept)], len(roots))
-    left = np.repeat(np.eye(len(roots)), k, axis=1)
-    found = motion.parameter_slopes(linear.state, left, 0 * moved, moved, 0 * moved, roots)
-    return np.array([found[name] for name in names]).reshape(len(names), len(roots), k)
 
 
 def response_slopes(slopes: LinearSlopes, frequencies: Array) -> tuple[ComplexArray, ComplexArray]:
