@@ -625,8 +625,8 @@ class Updating(Options, kw_only=False):
     )
     _: KW_ONLY
     seek: Sequence[str] = option(
-        (), "LABEL", "Parameter that is sought: ram.stiffness, table.mass (default: every stiffness, damping and viscous "
-        "friction).", kinds.TEXTS,
+        (), "LABEL", "Parameter that is sought: ram.stiffness, table.mass (default: every stiffness, damping and "
+        "viscous friction).", kinds.TEXTS,
     )  # fmt: skip
     trust: float = option(
         2.0, "X", "Factor within which values of the file are right: the prior of what no test tells.", kinds.NUMBER,

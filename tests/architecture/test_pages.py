@@ -25,6 +25,7 @@ PAGES = (
     "drives",
     "machine_tool",
     "identification",
+    "updating",
     "robots",
     "cpp",
     "cuda",

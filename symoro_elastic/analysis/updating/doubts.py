@@ -134,6 +134,12 @@ def peak_errors(f: Array, measured: ComplexArray, predicted: ComplexArray) -> fl
     return float(np.median(near)) if len(near) else math.nan
 
 
+def frequency_errors(measured: Array, predicted: Array) -> float:
+    """Return the median relative distance of frequencies from those of the modes that belong to them."""
+    apart = np.abs(predicted / measured - 1)
+    return float(np.median(apart[np.isfinite(apart)])) if np.isfinite(apart).any() else math.nan
+
+
 def _peaks(f: Array, H: ComplexArray) -> Array:
     """Return the frequencies of peaks of 6 dB, from parabolas through their three highest lines."""
     dB = 20 * np.log10(np.maximum(np.abs(H), np.finfo(float).tiny))

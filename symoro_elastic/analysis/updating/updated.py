@@ -37,7 +37,10 @@ class Settings:
 
 @dataclass(frozen=True)
 class Shown:
-    """How well a response of a test is predicted: median |dB| and relative error of peaks, before and after the fit."""
+    """How well a response of a test is predicted: median |dB| and relative error of peaks, before and after the fit.
+
+    Of a list of modes, the relative error of frequencies.
+    """
 
     test: str
     output: str
@@ -105,6 +108,10 @@ class Updated(Result):
                 numbers = [doubts.errors(one.H, each.G) for each in (old, new)]
                 numbers += [doubts.peak_errors(one.f, one.H, each.G) for each in (old, new)]
                 found.append(Shown(test.name, one.output, one.input, fitted, *numbers))
+            if test.modes is not None and before.modes is not None and after.modes is not None:
+                apart = [doubts.frequency_errors(test.modes.f, each.modes.f) for each in (before, after) if each.modes]
+                nothing = (math.nan, math.nan)
+                found.append(Shown(test.name, "frequencies", "", t < len(self.tests), *nothing, *apart))
         return tuple(found)
 
     def next_tests(self, count: int = 5) -> list[Candidate]:

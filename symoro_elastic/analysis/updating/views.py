@@ -59,7 +59,7 @@ def _percent(share: float) -> str:
 def _(result: Updated) -> Sequence[Part]:
     """Return the verdict on the model, the table, what is not told apart, predicted tests, notes."""
     kept = [one for one in result.estimates if not one.unknown.is_nuisance]
-    predicted = [one for one in result.shown if not one.is_fitted]
+    predicted = [one for one in result.shown if not one.is_fitted and one.input]
     tables: list[Part] = [table_of(Shown, result.shown, f"{result.machine.name}: responses", keys=3)]
     doubted = len(result.estimates) - len(kept)
     masses = (
@@ -80,7 +80,8 @@ def _(result: Updated) -> Sequence[Part]:
 def _unseen(shown: Sequence[Shown]) -> str:
     """Return a sentence about tests that were only predicted."""
     before, after = (sum(getattr(one, name) for one in shown) / len(shown) for name in ("before", "after"))
-    return f"{len(shown)} responses that were not fitted: {after:.2g} dB off after the fit, {before:.2g} dB before"
+    count = f"{len(shown)} response{'' if len(shown) == 1 else 's'}"
+    return f"{count} that were not fitted: {after:.2g} dB off after the fit, {before:.2g} dB before"
 
 
 def next_table(candidates: Sequence[Candidate], machine: str) -> Table:
