@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.machines import the_machine
-from symoro_elastic.api.options import Exciting, Identifying, Updating
+from symoro_elastic.api.options import Exciting, Identifying
 from symoro_elastic.api.rows import SEEKING, MachineLike, Range, Ranges, Record, Values
+from symoro_elastic.api.updating_options import Updating
 from symoro_elastic.foundation.errors import InputError, among
 
 if TYPE_CHECKING:
