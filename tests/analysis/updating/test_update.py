@@ -56,7 +56,9 @@ def errors(found: Any, truth: dict[str, float]) -> dict[str, float]:
     return {label: float(np.log(by_label[label].value / x)) for label, x in truth.items() if label in by_label}
 
 
-@pytest.mark.parametrize(("name", "seed"), [("lathe", 3), ("ball_screw", 10), ("gantry", 5)])
+@pytest.mark.parametrize(
+    ("name", "seed"), [("lathe", 3), pytest.param("ball_screw", 10, marks=pytest.mark.thorough), ("gantry", 5)]
+)
 def test_parameters_are_found_from_starts_off_by_up_to_two(name: str, seed: int) -> None:
     """Ball screw 10 has a second minimum, which smoothed responses avoid. Means over many seeds: the benchmark."""
     one = one_fit(CASES[name], exact(name), seed)
@@ -68,7 +70,7 @@ def test_parameters_are_found_from_starts_off_by_up_to_two(name: str, seed: int)
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", ["lathe", "milling arm", "ball_screw", "gantry"])
+@pytest.mark.parametrize("name", ["lathe", "ball_screw", "gantry"])
 def test_intervals_hold_the_truth(name: str) -> None:
     """95 % of some 400 intervals a machine: 4 standard deviations of that share."""
     found = updating.summary([one_fit(CASES[name], exact(name), seed) for seed in range(100, 105)])
@@ -82,6 +84,7 @@ def test_exchanged_springs_are_found() -> None:
     assert one_fit(CASES["two_axis"], exact("two_axis"), 30).chi2 < 1.1
 
 
+@pytest.mark.thorough
 def test_spikes_move_robust_estimates_little() -> None:
     truth = labels_of(LATHE.tables)
     clean, robust, plain = (
