@@ -226,7 +226,7 @@ def test_parts_columns_and_plots() -> None:
     assert texts[0].startswith("chi2 ") and texts[1] == "lathe: parameters"
     assert {"label", "file", "value", "std", "verdict"} <= found.columns().keys()
     assert len(found.columns()["label"]) == len(found.estimates)
-    figures = found.plot()
+    figures = found.plots()
     assert len(figures) == sum(len(test.responses) for test in found.tests)
     assert [len(figure.axes) for figure in figures.values()] == [3] * len(figures)
 
