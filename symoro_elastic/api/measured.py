@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from symoro_elastic.api.declaration import operation
 from symoro_elastic.api.machines import the_machine
-from symoro_elastic.api.options import Exciting, Identifying
+from symoro_elastic.api.measuring_options import Exciting, Identifying, Updating
 from symoro_elastic.api.rows import SEEKING, MachineLike, Range, Ranges, Record, Values
-from symoro_elastic.api.updating_options import Updating
 from symoro_elastic.foundation.errors import InputError, among
 
 if TYPE_CHECKING:
@@ -195,6 +194,6 @@ def update(machine: MachineLike, options: Updating) -> Updated:
     among(tuple(options.predict), tuple(test.name for test in whole.tests), "--predict")
     tests = [replace(test, validate=test.validate or test.name in options.predict) for test in whole.tests]
     settings = Settings(
-        tuple(options.seek), options.trust, options.mass_doubt, tuple(options.without), not options.plain
+        tuple(options.seek), options.factor, options.mass_doubt, tuple(options.without), not options.plain
     )  # fmt: skip
     return fit(of_file, tests, settings, options.announce, whole.notes)

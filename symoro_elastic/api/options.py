@@ -12,13 +12,10 @@ from symoro_elastic.api.declaration import Options, argument, option, switch
 from symoro_elastic.api.rows import (
     ANALYSES,
     EFFORTS,
-    SEEKING,
     Gains,
     Of,
     Over,
-    Range,
     Ranges,
-    Record,
     SceneLike,
     Values,
     along_row,
@@ -31,7 +28,6 @@ from symoro_elastic.api.rows import (
     form_names,
     guaranteed_row,
     keep_row,
-    known_row,
     limits_row,
     merge_angles_row,
     method_names,
@@ -53,7 +49,6 @@ from symoro_elastic.api.rows import (
 )
 
 if TYPE_CHECKING:
-    from symoro_elastic.analysis.time_series.preparation import Preparation
     from symoro_elastic.foundation.array_types import Array
     from symoro_elastic.foundation.progress import Announce, Progress, StepProgress
 
@@ -530,87 +525,3 @@ class Sweeping(Frequencies, Signals, EvenSteps, OperatingPoint, Placed):
     values: Values = values_row()
     scene: SceneLike = scene_row("with [motion] and [wanted], or of locked joints")
     progress: Progress = progress_row()
-
-
-# Measured machines
-
-
-def _limits(metavar: str, meaning: str) -> Any:
-    what = f"{meaning} of all motors, or of one (NAME=...), SI units (default: [limits] of the machine)."
-    return option({}, metavar, what, kinds.LIMITS)
-
-
-class Exciting(Options, kw_only=False):
-    """What `excite` takes."""
-
-    position: Ranges | Range = _limits("[NAME=]LOW:HIGH", "Range of positions")
-    velocity: Values | Ranges | float = _limits("[NAME=]MAX", "Largest velocity")
-    acceleration: Values | Ranges | float = _limits("[NAME=]MAX", "Largest acceleration")
-    _: KW_ONLY
-    workspace: Ranges = option(
-        {}, "SIGNAL=LOW:HIGH", "Range of a position of a frame or point, such as tool.x, m, that the motion keeps.",
-        kinds.RANGES,
-    )  # fmt: skip
-    fundamental: float = option(
-        0.1, "HZ", "Fundamental frequency of the motion, Hz.", kinds.NUMBER, above=0,
-        formerly=("--frequency", "frequency"),
-    )  # fmt: skip
-    harmonics: int = option(5, "N", "Harmonics of the Fourier series.", kinds.WHOLE, least=1, most=50)
-    periods: int = option(3, "N", "Periods of the motion, without start and stop.", kinds.WHOLE, least=1, most=1000)
-    sample_rate: float = sample_rate_row(1000.0, above=0)
-    evaluations: int = option(1500, "N", "Motions that the search evaluates.", kinds.WHOLE, least=1, most=1_000_000)
-    seed: int = seed_row()
-    values: Values = values_row()
-    known: Sequence[str] | Mapping[str, float | None] = known_row()
-    progress: Progress = progress_row()
-
-
-class Identifying(Options, kw_only=False):
-    """What `identify` takes."""
-
-    records: Record | Sequence[Record] = argument(
-        ..., "CSV or NPZ files with t, q_<joint>, tau_<motor>, or such columns as arrays by name; one or several."
-    )
-    _: KW_ONLY
-    values: Values = values_row()
-    known: Mapping[str, float | None] = known_row()
-    bandwidth: float | None = option(
-        None, "HZ", "Bandwidth of the motion, Hz (default: from its spectrum).", kinds.NUMBER
-    )
-    gains: Values = option(
-        {}, "MOTOR=K", "Factor from a measured column (a current, say) to motor torque.", kinds.NUMBERS
-    )
-    resample: float | None = option(None, "HZ", "Sample the records evenly at this frequency, Hz.", kinds.NUMBER)
-    after: float | None = option(None, "S", "Use samples from this time on, s.", kinds.NUMBER, formerly=("--from",))
-    before: float | None = option(None, "S", "Use samples up to this time, s.", kinds.NUMBER, formerly=("--to",))
-    offsets: str = option(
-        "auto", "WHEN", "Whether constant offsets of torques are sought: {names} (auto: where data show one).",
-        names=lambda: SEEKING,
-    )  # fmt: skip
-    delay: str = option(
-        "auto", "WHEN", "Whether a delay of torques behind positions is sought: {names} (auto: where data show it).",
-        names=lambda: SEEKING,
-    )  # fmt: skip
-    load_friction: Sequence[str] = option(
-        (), "MOTOR|all", "Motor whose dry friction rises with the torque through its transmission (FL).", kinds.TEXTS,
-        of_machine=motors_or_all,
-    )  # fmt: skip
-    stribeck: Values = option(
-        {}, "MOTOR=V", "Velocity, rad/s or m/s, at which half of static less coulomb friction is left (FB).",
-        kinds.NUMBERS,
-    )  # fmt: skip
-    link_side: Sequence[str] = option(
-        (), "MOTOR|all", "Motor whose torque is measured behind its transmission, so that no rotor or friction shows.",
-        kinds.TEXTS, of_machine=motors_or_all,
-    )  # fmt: skip
-    temperatures: bool = switch("Records have friction of their own, as at other temperatures; saved is the first's.")
-    possible: bool = switch(
-        "Seek only bodies, friction and springs that are possible; the machine's file decides what data do not tell."
-    )
-    trust: float | None = option(
-        None, "SHARE", "How far values of the file may be from the truth, with --possible: 0.3 is 30 % (default: data "
-        "alone decide what they tell).", kinds.NUMBER, above=0,
-    )  # fmt: skip
-    preparation: Preparation | None = argument(None, "`gains`, `resample`, `after` and `before` as one object.")
-    validate: Record | None = option(None, "FILE", "Record whose torques are predicted, too.", kinds.INPUT_FILE)
-    announce: Announce = announce_row(formerly=("step",))

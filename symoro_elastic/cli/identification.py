@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import click
 
-from symoro_elastic.api.options import Exciting, Identifying
+from symoro_elastic.api.measuring_options import Exciting, Identifying, Updating
 from symoro_elastic.api.rows import WRITABLE
-from symoro_elastic.api.updating_options import Updating
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import (
     JSON,

@@ -17,12 +17,11 @@ from click.testing import CliRunner
 import symoro_elastic as se
 from symoro_elastic.api import kinds, sweeps
 from symoro_elastic.api.declaration import Option, operation, option, options, read_options
+from symoro_elastic.api.measuring_options import Exciting, Identifying
 from symoro_elastic.api.options import (
     Checking,
     Comparing,
-    Exciting,
     Generating,
-    Identifying,
     Linearizing,
     Oscillating,
     Reading,

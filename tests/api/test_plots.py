@@ -22,7 +22,8 @@ from symoro_elastic.foundation.plot_style import DARK, LIGHT, bars, curve, curve
 from symoro_elastic.foundation.results import Result, _load, figures_of
 from tests.api.test_pickling import MADE, classes, import_all
 
-matplotlib = pytest.importorskip("matplotlib")
+Figure = pytest.importorskip("matplotlib.figure").Figure
+Text = pytest.importorskip("matplotlib.text").Text
 SHOWN = ("Equations", "DescribedMachine", "LoadedModel", "Machine", "MachinePage", "MachinePicture", "Report")
 QUICK = ("Modes", "Response", "FeedForward", "Verification", "Budget")
 RESULTS = [
@@ -36,7 +37,7 @@ def texts(figure: Any) -> Iterator[tuple[str, Any]]:
     """Visible texts of a figure and their boxes in pixels."""
     figure.canvas.draw()
     hidden = {id(label) for axes in figure.axes for axis in (axes.xaxis, axes.yaxis) for label in beyond(axis)}
-    for one in figure.findobj(matplotlib.text.Text):
+    for one in figure.findobj(Text):
         if one.get_visible() and one.get_text().strip() and id(one) not in hidden:
             yield one.get_text(), one.get_window_extent()
 
@@ -77,7 +78,7 @@ def test_every_result_has_a_plot() -> None:
 def test_plots_of_small_machines_are_whole(name: str, tmp_path: Path) -> None:
     made = MADE[name](tmp_path)
     plots = made.plots()
-    assert len(plots) and isinstance(made.plot(), matplotlib.figure.Figure)
+    assert len(plots) and isinstance(made.plot(), Figure)
     refuse_cut_text(plots)
 
 
@@ -136,7 +137,7 @@ def test_names_are_text(tmp_path: Path) -> None:
 
 
 def test_dollars_are_no_formula_in_axes_of_a_user() -> None:
-    figure = matplotlib.figure.Figure()
+    figure = Figure()
     axes = figure.subplots()
     plot = Plot("$x^{2$ $", lambda one: one.set_xlabel("$\\frac{$ $"))
     assert plot.into(axes) is axes
@@ -145,14 +146,14 @@ def test_dollars_are_no_formula_in_axes_of_a_user() -> None:
 
 def test_axes_of_a_user_are_drawn_into() -> None:
     response = MADE["Response"](Path())
-    figure = matplotlib.figure.Figure()
+    figure = Figure()
     axes = figure.subplots(2, 1)
     assert response.plot(axes=axes) is axes and all(axis.lines for axis in axes)
     with pytest.raises(InputError, match=r"axes: this plot needs 2, not 1: plt.subplots\(2, 1\)"):
         response.plot(axes=axes[0])
     with pytest.raises(InputError, match=r"plot: there is no 'bode': choose from bode_motor_tau"):
         response.plot("bode")
-    one = matplotlib.figure.Figure().subplots()
+    one = Figure().subplots()
     modes = MADE["Modes"](Path())
     assert modes.plot("shapes", one) is one and one.get_title().startswith("drive: mode shapes")
 

@@ -48,7 +48,7 @@ HEAVY = {"numpy", "sympy", "mpmath", "jinja2", "rich", "latex2mathml"}
 
 def test_what_help_needs_is_light() -> None:
     """The command line imports heavy libraries inside its commands only."""
-    options = tuple(f"api/{name}.py" for name in ("declaration", "kinds", "options", "rows", "updating_options"))
+    options = tuple(f"api/{name}.py" for name in ("declaration", "kinds", "options", "rows", "measuring_options"))
     ground = tuple(f"foundation/{name}.py" for name in ("errors", "file_forms", "progress", "shipped", "version"))
     light = ("__main__.py", "__init__.py", *ground, "machine/format_names.py", *options)
     for path in (*(PACKAGE / name for name in light), *sorted((PACKAGE / "cli").glob("*.py"))):

@@ -270,7 +270,7 @@ def one_fit(
                   if "mass" in body}  # fmt: skip
         tables = with_labels(tables, masses)
     begun = time.process_time()
-    found = se.update(tables, tests=tests, trust=factor, **options)
+    found = se.update(tables, tests=tests, factor=factor, **options)
     seconds = time.process_time() - begun
     by_label = {one.unknown.label: one for one in found.estimates if one.unknown.label in truth}
     return Outcome(

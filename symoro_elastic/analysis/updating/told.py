@@ -49,11 +49,11 @@ class Found:
         return self.value * self.relative
 
 
-def found_of(sought: Sought, fit: Fit, trust: float) -> tuple[Found, ...]:
+def found_of(sought: Sought, fit: Fit, factor: float) -> tuple[Found, ...]:
     """Return value, standard deviation and verdict of each unknown."""
     std = np.sqrt(np.diag(fit.covariance))
     return tuple(
-        Found(one, float(np.exp(x)), float(s), _verdict(float(s) / math.log(trust)))
+        Found(one, float(np.exp(x)), float(s), _verdict(float(s) / math.log(factor)))
         for one, x, s in zip(sought.unknowns, fit.x, std, strict=True)
     )
 
@@ -62,11 +62,11 @@ def _verdict(share: float) -> Verdict:
     return Verdict.IDENTIFIED if share < GOOD else Verdict.POOR if share < TOLD else Verdict.NOT
 
 
-def untold(sought: Sought, fit: Fit, trust: float) -> list[str]:
+def untold(sought: Sought, fit: Fit, factor: float) -> list[str]:
     """Return sentences about directions that these tests do not tell, each with its parameters."""
     kept = [k for k, one in enumerate(sought.unknowns) if not one.is_nuisance]
     values, vectors = np.linalg.eigh(fit.covariance[np.ix_(kept, kept)])
-    null = vectors[:, values > (TOLD * math.log(trust)) ** 2]
+    null = vectors[:, values > (TOLD * math.log(factor)) ** 2]
     labels, sizes = [sought.labels[k] for k in kept], np.exp(fit.x[kept])
     alone, lines = [], []
     for direction in directions(null):

@@ -1,7 +1,7 @@
 """What vibration tests are to tell: parameters that are sought or doubted, their values in the file and their priors.
 
 The unknowns are x = ln p: positive, of one size, with relative standard deviations. A prior,
-x ~ N(ln p_file, ln(trust)^2), keeps at the value of the file what no test tells.
+x ~ N(ln p_file, ln(factor)^2), keeps at the value of the file what no test tells.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FIRST_DAMPING = 0.02
 """Damping ratio that springs without damping in the file start at."""
 FIRST_SERVO = 20.0
 """Frequency, Hz, that unknown gains of a motor give its own inertia at the start."""
-STARTED_TRUST = 10.0
+STARTED_FACTOR = 10.0
 """Factor within which values are that no file gives."""
 FRICTION = "viscous"
 KP, KD = "kp", "kd"
@@ -85,7 +85,7 @@ def gain_label(motor: str, gain: str) -> str:
 
 
 def sought_of(
-    machine: Machine, tests: Sequence[VibrationTest], seek: Sequence[str], trust: float, mass_doubt: float
+    machine: Machine, tests: Sequence[VibrationTest], seek: Sequence[str], factor: float, mass_doubt: float
 ) -> Sought:
     """Return what is sought: every stiffness, damping and viscous friction unless parameters are named in `seek`.
 
@@ -112,7 +112,7 @@ def sought_of(
     if not chosen:
         raise InputError(machine.label, "--seek", "no stiffness, damping or viscous friction: name what is sought")
     unknowns = [
-        _unknown(name, motion, parameters[name][1], STARTED_TRUST if name in started else trust, name in started)
+        _unknown(name, motion, parameters[name][1], STARTED_FACTOR if name in started else factor, name in started)
         for name in chosen
     ]
     doubted = [name for name, (dimensions, _) in parameters.items() if dimensions <= DOUBTED] if mass_doubt else []
@@ -126,8 +126,8 @@ def sought_of(
     return Sought(machine, (*unknowns, *_unknown_gains(motion, tests, seek)), tuple(notes))
 
 
-def _unknown(name: str, motion: EquationsOfMotion, unit: str, trust: float, is_guess: bool) -> Unknown:
-    return Unknown(name, unit, motion.parameters[name], math.log(trust), of_file=not is_guess)
+def _unknown(name: str, motion: EquationsOfMotion, unit: str, factor: float, is_guess: bool) -> Unknown:
+    return Unknown(name, unit, motion.parameters[name], math.log(factor), of_file=not is_guess)
 
 
 def _parameters(motion: EquationsOfMotion) -> Iterator[tuple[str, tuple[frozenset[Dimension], str]]]:
@@ -197,7 +197,7 @@ def _unknown_gains(motion: EquationsOfMotion, tests: Sequence[VibrationTest], se
         units = ("N m/rad", "N m s/rad") if turns else ("N/m", "N s/m")
         starts = (inertia * omega**2, 1.4 * inertia * omega)
         found += [
-            Unknown(gain_label(motor, gain), unit, x, math.log(STARTED_TRUST), of_file=False, is_gain=True)
+            Unknown(gain_label(motor, gain), unit, x, math.log(STARTED_FACTOR), of_file=False, is_gain=True)
             for gain, unit, x in zip((KP, KD), units, starts, strict=True)
         ]
     return found

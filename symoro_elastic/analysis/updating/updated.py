@@ -29,7 +29,7 @@ class Settings:
     """How tests are fitted: what is sought, prior factor, doubt of masses, windows left out, robust or not."""
 
     seek: tuple[str, ...] = ()
-    trust: float = 2.0
+    factor: float = 2.0
     mass_doubt: float = 0.0
     without: tuple[tuple[float, float], ...] = ()
     robust: bool = True
@@ -151,10 +151,10 @@ def update(
     fitted = tuple(test for test in tests if not test.validate)
     if not any(test.responses or test.modes for test in fitted):
         raise InputError(machine.label, "tests", "no test is left to fit: at least one without validate is needed")
-    if not (math.isfinite(settings.trust) and settings.trust > 1):
-        raise InputError(machine.label, "--trust", f"{settings.trust:g} is not a factor above 1")
+    if not (math.isfinite(settings.factor) and settings.factor > 1):
+        raise InputError(machine.label, "--factor", f"{settings.factor:g} is not a factor above 1")
     step("start")
-    sought = sought_of(machine, fitted, settings.seek, settings.trust, settings.mass_doubt)
+    sought = sought_of(machine, fitted, settings.seek, settings.factor, settings.mass_doubt)
     predictions = Predictions(sought, fitted)
     lines, zero = lines_of(predictions, settings.without)
     if zero and not lines and not any(test.modes for test in fitted):
@@ -170,6 +170,6 @@ def update(
     bands = doubts.lacking(estimator.lines, fit)
     return Updated(
         machine, sought, fitted, tuple(test for test in tests if test.validate), settings, fit, tuple(estimator.lines),
-        found_of(sought, fit, settings.trust), tuple(untold(sought, fit, settings.trust)), tuple(bands),
+        found_of(sought, fit, settings.factor), tuple(untold(sought, fit, settings.factor)), tuple(bands),
         tuple(lines_about),
     )  # fmt: skip

@@ -81,6 +81,7 @@ def _undamped(linear: Linearization, i: int, j: int, hertz: float) -> tuple[floa
 def _shares(linear: Linearization, u: AnyArray) -> dict[str, float]:
     """Return the springs' shares of the strain energy of a deflection, the largest first."""
     one: Array = np.ones(1)
-    found = strain_shares(Modes(linear, one, np.real(u)[:, None], one, np.zeros(0, dtype=complex))).by_name
+    bent = Modes(linear, one, np.real(u)[:, None], one, np.zeros(0, dtype=complex), np.full(1, -1))
+    found = strain_shares(bent).by_name
     springs = {name: float(x[0]) for name, x in found.items() if name != GRAVITY_AND_LOADS and x[0] > LEAST_SHARE}
     return dict(sorted(springs.items(), key=lambda pair: -pair[1]))
