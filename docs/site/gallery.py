@@ -67,6 +67,11 @@ SHOWN = (
         "Builds on one plane of time and error.",
         "trade examples/planar_2r.toml --effort quick --plots plots",
     ),
+    Shown(
+        "Springs from hammer tests",
+        "Measured, before and after.",
+        "update examples/lathe.toml examples/lathe_tests/tests.toml --plots plots",
+    ),
     Shown("A report", "All about a machine, on one page.", f"report {TWO_AXIS} --out report.html"),
 )
 

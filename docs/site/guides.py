@@ -3,34 +3,36 @@
 from __future__ import annotations
 
 import re
-import shutil
-from collections.abc import Callable, Iterator
+import shlex
+from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 
-from tests.documented_pages import beside_examples, output, runs
+from tests.command_line import ended
+from tests.documented_pages import beside_examples
 from tests.golden import ROOT
 
 PICTURE = re.compile(r"\]\(\.\./examples/(\w+\.svg)\)")
 OUTSIDE = re.compile(r"\[([^\]]+)\]\(\.\./([^)]+)\)")
 TOPIC = re.compile(r"^## (.+)$", re.MULTILINE)
 TO_PYTHON = re.compile(r"\]\((?:python\.md)?#([\w-]+)\)")
-MADE = re.compile(r'^<!-- made: (\S+) "([^"]*)" -->$', re.MULTILINE)
-"""A picture that the commands of a page make: its file, and what it shows."""
+MADE = re.compile(r"^<!-- made by: symoro-elastic (.+) \| (\S+) \| (.+) -->$", re.MULTILINE)
+"""A picture of a guide on the site: the command that makes it, its file in the folder `plots`, and what it shows."""
 
 
 def guides(work: Path, make: bool) -> Iterator[tuple[str, str | bytes]]:
     """Yield names and contents of the pages made of `docs/*.md`, and of their pictures.
 
-    With `make` the commands of pages that show pictures run in the folder `work`.
+    With `make` the commands of pictures run in folders below `work`.
     """
     for path in sorted((ROOT / "docs").glob("*.md")):
         text = path.read_text(encoding="utf-8")
         if path.stem == "python":
             yield from topics(text)
         elif path.stem != "commands":
-            pictures = dict(_made(text, work / path.stem)) if make and MADE.search(text) else {}
-            yield from ((f"made/{path.stem}/{Path(name).name}", content) for name, content in pictures.items())
-            yield path.name, on_site(MADE.sub(_shown(path.stem, pictures), text))
+            pictures = dict(_made(text, work / path.stem)) if make else {}
+            yield from ((f"made/{path.stem}/{name}", content) for name, content in pictures.items())
+            yield path.name, on_site(MADE.sub(partial(_shown, path.stem, pictures), text))
     for picture in (*(ROOT / "examples").glob("*.svg"), *(ROOT / "docs").glob("*.svg"), *(ROOT / "docs").glob("*.png")):
         yield picture.name, picture.read_bytes()
 
@@ -60,19 +62,22 @@ def topics(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _made(text: str, work: Path) -> Iterator[tuple[str, bytes]]:
-    """Run the commands of a page, and yield the pictures that it shows."""
-    work.mkdir(parents=True)
-    names: dict[str, object] = {}
-    with beside_examples(work):
-        for run in runs(text):
-            output(run, names)
-    for name, _ in MADE.findall(text):
-        yield name, (work / name).read_bytes()
-    shutil.rmtree(work)
+    """Run the commands of the pictures of a page, each once, and yield the pictures by their names."""
+    found = MADE.findall(text)
+    for k, command in enumerate(dict.fromkeys(command for command, _, _ in found)):
+        folder = work / str(k)
+        folder.mkdir(parents=True)
+        with beside_examples(folder):
+            done = ended(*shlex.split(command), "--plots", "plots", "--plot-format", "svg")
+        if done.code:
+            raise SystemExit(f"{command}: {done.err}")
+        names = [name for own, name, _ in found if own == command]
+        yield from ((name, (folder / "plots" / name).read_bytes()) for name in names)
 
 
-def _shown(page: str, pictures: dict[str, bytes]) -> Callable[[re.Match[str]], str]:
-    def show(found: re.Match[str]) -> str:
-        return f"![{found[2]}](made/{page}/{Path(found[1]).name})" if found[1] in pictures else ""
-
-    return show
+def _shown(page: str, pictures: Mapping[str, bytes], found: re.Match[str]) -> str:
+    """Return a picture and the command that makes it; nothing where it was not made."""
+    command, name, text = found.groups()
+    if name not in pictures:
+        return ""
+    return f"![{text}](made/{page}/{name})\n\n*{text}: `symoro-elastic {command} --plots plots`*"
