@@ -35,16 +35,21 @@ def control(machine: MachineLike, options: Controlling) -> Control:
         where gains are sought, and without equilibrium.
     """
     from symoro_elastic.analysis.control.control import control_at
+    from symoro_elastic.analysis.control.driven_machine import measured_positions
     from symoro_elastic.analysis.control.rules import ruled
     from symoro_elastic.analysis.control.tuning import Distances
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 
     kept = kept_machine(machine, options.scene)
+    measured = measured_positions(kept)
     with placed({"--output": "--compliance"}):
-        motion = motion_of(kept, dict(options.values), (), options.compliances)
+        motion = motion_of(kept, dict(options.values), (), (*options.compliances, *measured))
     states = _states(options.along, options.at, motion)
     distances = Distances(options.modulus, options.position_modulus)
-    found = control_at(motion, states, distances, options.damping, options.tune, options.compliances, options.progress)
+    with placed({"--output": "--compliance"}):
+        found = control_at(
+            motion, states, distances, options.damping, options.tune, options.compliances, options.progress
+        )
     return replace(found, rules=ruled(found.plants, found.cascades)) if options.rule else found
 
 
@@ -57,17 +62,18 @@ def lobes(machine: MachineLike, options: Cutting) -> Lobes:
     """
     import numpy as np
 
+    from symoro_elastic.analysis.control.cutting import refuse_wrong
+    from symoro_elastic.analysis.control.driven_machine import measured_positions
     from symoro_elastic.analysis.control.lobes import lobes_at
     from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 
     kept = kept_machine(machine, options.scene)
     cut = _cut(options)
-    with placed({"--output": "--direction"}):
-        motion_of(kept, dict(options.values), (), (cut.direction,))
-    with placed({"--output": "--across" if cut.milling else "--thickness"}):
-        motion = motion_of(kept, dict(options.values), (), (*cut.forces, *cut.deflections))
-    states = _states(options.along, options.at, motion)
     speeds = np.linspace(*(options.speeds or USUAL_SPEEDS))
+    refuse_wrong(cut, speeds, kept)
+    signals = (*cut.forces, *cut.deflections, *measured_positions(kept))
+    motion = motion_of(kept, dict(options.values), (), signals)
+    states = _states(options.along, options.at, motion)
     return lobes_at(motion, states, cut, speeds, options.damping, options.intervals, options.progress)
 
 

@@ -128,6 +128,14 @@ class SweptControl(SweptVibration):
         swept = cls(machine, point, values, (), outputs or default_compliances(machine), damping)
         return replace(swept, machine=DescribedMachine.of(with_gains(machine, swept.control({}, {}))))
 
+    @cached_property
+    def motion(self) -> EquationsOfMotion:
+        """The equations of motion, with the points that drives measure."""
+        from symoro_elastic.analysis.control.driven_machine import measured_positions
+
+        signals = (*self.outputs, *measured_positions(self.machine))
+        return motion_at(self.point, self.machine, self.values, (), signals)
+
     def control(self, values: Values, positions: Values) -> Control:
         """Return the loops with these values at these positions."""
         from symoro_elastic.analysis.control.control import control_at

@@ -35,6 +35,8 @@ CONTROL, START = "control", "control_start"
 FAMILY = "controllers"
 WHOLE = 1e-6
 """Of a time: how far it may be from a whole number of periods."""
+MOST_SAMPLES = 4096
+"""Of a mean: each is a state of the controller."""
 
 
 def sampled_drives(machine: Machine) -> dict[int, Drive]:
@@ -59,6 +61,16 @@ def sampled_drives(machine: Machine) -> dict[int, Drive]:
         shown = ", ".join(f"{name} {period:g} s" for name, period in periods.items())
         raise machine.error("drives, period", f"{shown}: sampled drives have one period")
     return found
+
+
+def samples_of_mean(time: float, period: float) -> tuple[int, str]:
+    """Return the number of samples of a moving average over a time, s, and what is wrong with it, if anything is."""
+    if time > MOST_SAMPLES * period * (1 + WHOLE):
+        return 0, f"{time:g} s are more than {MOST_SAMPLES} periods of {period:g} s: give less, or take lowpass"
+    samples = max(round(time / period), 1)
+    if abs(samples * period - time) > WHOLE * time:
+        return 0, f"{time:g} s is no whole number of periods of {period:g} s: give {samples * period:g}"
+    return samples, ""
 
 
 def _numbers(machine: Machine, j: int, drive: Drive) -> dict[str, float]:
@@ -208,10 +220,10 @@ class _Law:
     def _mean(self, name: str, x: Scalar) -> Scalar:
         """Return the mean of the samples of a time, which are kept."""
         time, period = self.numbers["set_point, average"], self.numbers["period"]
-        samples = round(time / period)
-        if samples < 1 or abs(samples * period - time) > WHOLE * time:
-            what = f"{time:g} s is no whole number of periods of {period:g} s: give {max(samples, 1) * period:g}"
-            raise self.bound.machine.error(f"drives, {self.bound.machine.joint(self.j).name}, set_point, average", what)
+        samples, wrong = samples_of_mean(time, period)
+        if wrong:
+            place = f"drives, {self.bound.machine.joint(self.j).name}, set_point, average"
+            raise self.bound.machine.error(place, wrong)
         kept = [self.memory.state(f"{name}_{k}", x) for k in range(1, samples)]
         self.memory.later += [x, *kept[:-1]] if kept else []
         return sum(kept, start=x) * Fraction(1, samples)

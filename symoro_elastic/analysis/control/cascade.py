@@ -19,11 +19,10 @@ from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import TUNED, Drive, Filter, LowPass, Notch, why_wrong
 from symoro_elastic.machine.formula import FormulaError
+from symoro_elastic.models.control import samples_of_mean
 
 ROOT_2 = 2**0.5
 CURRENT = "lag of the current loop"
-WHOLE = 1e-6
-"""Of a time: how far it may be from a whole number of periods."""
 
 
 def laplace(frequencies: Array) -> ComplexArray:
@@ -259,10 +258,9 @@ def _set_point(motor: str, drive: Drive, numbers: Mapping[str, float], source: s
     if isinstance(drive.set_point, LowPass):
         return _filter(drive.set_point, "set_point", numbers)
     time, period = numbers["set_point, average"], numbers["period"]
-    samples = round(time / period)
-    if samples < 1 or abs(samples * period - time) > WHOLE * time:
-        what = f"{time:g} s is no whole number of periods of {period:g} s: give {max(samples, 1) * period:g}"
-        raise InputError(source, f"drives, {motor}, set_point, average", what)
+    samples, wrong = samples_of_mean(time, period)
+    if wrong:
+        raise InputError(source, f"drives, {motor}, set_point, average", wrong)
     return Mean(f"mean of {samples} samples", samples, period)
 
 

@@ -14,6 +14,7 @@ from symoro_elastic.analysis.control.driven_machine import (
     States,
     default_compliances,
     driven_machine,
+    refuse_velocities,
     refuse_without_drives,
 )
 from symoro_elastic.analysis.control.largest_gain import LargestGain
@@ -41,7 +42,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
-from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
+from symoro_elastic.numerics.motion.signals import output_unit
 
 EDGE = 2**-0.5
 
@@ -158,6 +159,7 @@ def control_at(
     """
     refuse_without_drives(motion)
     signals = tuple(wanted) or default_compliances(motion.given)
+    refuse_velocities(motion.given, signals, "--output")
     whole = driven_machine(motion, states, distances, damping, tune, signals)
     plants, cascades = whole.plants, whole.cascades
     places = []
@@ -220,8 +222,7 @@ def _compliance(
     plant: Plant, loop: ClosedLoop, cascades: Sequence[Cascade], name: str, frequencies: Array
 ) -> Compliance:
     row = position_row(plant.linear, name)
-    (signal,) = outputs(plant.linear.motion.given, [name])
-    turns = isinstance(signal, FrameSignal) and signal.component > 2
+    turns = output_unit(plant.linear.motion.given, name) == "rad"
 
     def magnitude(f: Array) -> Array:
         found: Array = np.abs(plant.response(laplace(f), cascades, row, row))

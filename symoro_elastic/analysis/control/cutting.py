@@ -18,7 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, placed
+from symoro_elastic.machine.free_base import with_base_coordinates
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.motion.signals import FrameSignal, Signal, output_unit, outputs
 
 PER_TURN = 60.0
 """Seconds in a minute: speeds are in turns per minute."""
@@ -87,13 +90,32 @@ def _integral(phi: Array, ratio: float) -> Array:
     return -np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def refuse_wrong(cut: Cut, speeds: Array, source: str) -> None:
+def refuse_wrong(cut: Cut, speeds: Array, machine: Machine) -> None:
     """Raise `InputError` for a cut that is none, and for speeds that are none."""
+    source = machine.label
+    along = _signal(machine, "--direction", cut.direction)
+    if cut.milling:
+        across = _signal(machine, "--across", cut.milling.across)
+        if across == along or (
+            isinstance(along, FrameSignal) and isinstance(across, FrameSignal) and (across.component == along.component)
+        ):
+            what = f"{across.name} is along {along.name}, the feed: name an output at right angles to it"
+            raise InputError(source, "--across", what)
+    else:
+        _signal(machine, "--thickness", cut.thickness)
     if not (cut.coefficient > 0 and np.isfinite(cut.coefficient)):
         raise InputError(source, "--cutting", f"{cut.coefficient:g} N/m2 is not above zero: steel has some 2e9")
     if cut.milling and not np.isfinite(cut.milling.radial):
         raise InputError(source, "--radial", f"{cut.milling.radial:g} N/m2 is not a coefficient")
-    if cut.milling and cut.milling.across == cut.direction:
-        raise InputError(source, "--across", f"{cut.direction} is the feed: name an output at right angles to it")
     if not (len(speeds) and (speeds > 0).all() and np.isfinite(speeds).all()):
         raise InputError(source, "--speeds", "spindle speeds are numbers above zero, turns per minute")
+
+
+def _signal(machine: Machine, option: str, name: str) -> Signal:
+    """Return the displacement that an option names; raises `InputError` for velocities and rotations."""
+    machine = with_base_coordinates(machine)
+    with placed({"--output": option}):
+        (found,) = outputs(machine, [name])
+        if output_unit(machine, name) != "m":
+            raise InputError(machine.label, option, f"{found.name} is no displacement in m: name one, such as tool.x")
+    return found

@@ -106,7 +106,7 @@ def lobes_at(
     Gains that the file leaves to tuning are found, at the usual distances. With `intervals` there are also depths by
     semi-discretization. Raises `InputError`.
     """
-    refuse_wrong(cut, speeds, motion.source)
+    refuse_wrong(cut, speeds, motion.given)
     whole = driven_machine(motion, states, USUAL, damping, False, (*cut.forces, *cut.deflections))
     places: list[Lobe] = []
     for plant in whole.plants:

@@ -19,6 +19,7 @@ from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.responses import with_modal_damping_slopes
 from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes
 from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.numerics.motion.signals import outputs
 
 BLOCK = 256
 
@@ -97,7 +98,8 @@ class Plant:
 
 def position_row(linear: Linearization, name: str) -> Array:
     """Return the row (n,) of an output that is a position, by its name."""
-    row: Array = linear.Cq[linear.outputs.index(" ".join(name.split()))]
+    (signal,) = outputs(linear.motion.given, [name])
+    row: Array = linear.Cq[linear.outputs.index(signal.name)]
     return row
 
 

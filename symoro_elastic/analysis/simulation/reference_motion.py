@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
-from symoro_elastic.analysis.control.driven_machine import load_ratio, refuse_velocities
+from symoro_elastic.analysis.control.driven_machine import load_ratio, measured_positions
 from symoro_elastic.analysis.simulation.motor_coordinates import MotorCoordinates, with_motors_that_follow_exactly
 from symoro_elastic.analysis.simulation.moving_base import held_machine, rows, start_of_base
 from symoro_elastic.analysis.time_series.preparation import LONGEST_GAP
@@ -35,6 +35,7 @@ from symoro_elastic.models.state import State as Blocks
 from symoro_elastic.numerics.closed_positions import JointCoordinates, with_dependent
 from symoro_elastic.numerics.motion.equations_of_motion import LARGEST_INPUT, EquationsOfMotion, State
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
+from symoro_elastic.numerics.motion.signals import outputs, points_of
 from symoro_elastic.numerics.motion.soft_springs import refuse_soft_static
 
 Curve = Callable[[Array], Array]
@@ -362,7 +363,8 @@ def _loads(machine: Machine, motion: EquationsOfMotion, start: State) -> Iterato
         return
     if motion.machine.is_coupled:
         raise machine.error("drives, measured", "positions of the load are not simulated where joints are coupled")
-    refuse_velocities(motion, loads)
+    measured_positions(machine)
+    motion = EquationsOfMotion(motion.given, motion.given_values, points_of(outputs(motion.given, loads)))
     linear = linearize(motion, start, (), loads)
     for name, signal, velocity in zip(motion.motor_names, signals, linear.motors, strict=True):
         yield None if signal == MOTOR else MeasuredLoad(signal, load_ratio(linear, name, velocity, signal))

@@ -217,6 +217,18 @@ def test_loads_may_be_measured() -> None:
     assert arm.velocity_error == pytest.approx(motor.velocity_error, abs=1e-9)
 
 
+def test_points_of_bodies_and_joints_by_their_names_may_be_measured_and_pushed() -> None:
+    """The origin of a frame as a point is the frame; a joint alone is its position, in its own unit."""
+    found = [
+        se.control(drive(Kp=2.0, Kv=20.0, Tn=0.05, measured=measured), compliances=[pushed]).places[0]
+        for measured, pushed in (("arm.rz", "arm.q"), ("arm at (0, 0, 0).rz", "arm"))
+    ]
+    for place in found:
+        (one,) = place.compliances
+        assert one.unit == "rad/(N m)" and one.static == pytest.approx(found[0].compliances[0].static, rel=1e-12)
+        assert place.axes[0].position == found[0].axes[0].position
+
+
 def test_a_position_that_the_motor_does_not_move_is_refused() -> None:
     with pytest.raises(InputError, match=r"motor, measured: arm\.q does not move with motor here"):
         se.control(drive(Kp=2.0, Kv=20.0, measured="arm.q"))
@@ -228,7 +240,11 @@ def test_a_position_that_the_motor_does_not_move_is_refused() -> None:
         ({}, {}, "damping", "modes without damping: 1, the lowest at 42.11 Hz"),
         ({"current": {"lag": 0}, "dead_time": 0}, {"damping": 0.01}, "drives, motor, Kp", "nothing limits it"),
         ({"measured": "motor.qd"}, {"damping": 0.01}, "measured", "is no position"),
-        ({"measured": "arm.zz"}, {"damping": 0.01}, "", "arm.zz"),
+        ({"measured": "arm.zz"}, {"damping": 0.01}, "drives, motor, measured", "arm.zz"),
+        ({"measured": "arm"}, {"damping": 0.01}, "drives, motor, measured", "arm does not move with motor"),
+        ({"measured": "</script>"}, {"damping": 0.01}, "drives, motor, measured", "</script>"),
+        ({}, {"damping": 0.01, "compliances": ["arm.wz"]}, "compliances", "is no position"),
+        ({"period": 1e-4, "set_point": {"average": 10}}, {"damping": 0.01}, "set_point, average", "more than 4096"),
     ],
 )
 def test_what_has_no_meaning_is_refused(changes: Any, options: Any, place: str, what: str) -> None:

@@ -40,6 +40,27 @@ def test_one_mode_in_closed_form() -> None:
     assert place.influences["tool.stiffness"] == pytest.approx(1 - (1 + 2 * RATIO) / (2 + 2 * RATIO), rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("options", "place", "what"),
+    [
+        ({"direction": "tool.rx"}, "--direction", "tool.rx is no displacement in m"),
+        ({"direction": "tool.z", "thickness": "tool.vz"}, "--thickness", "tool.vz is no displacement in m"),
+        ({"direction": "tool.z", "across": "tool.rx", "radial": 1e8}, "--across", "tool.rx is no displacement in m"),
+        ({"direction": "tool.z", "across": " tool.z", "radial": 1e8}, "--across", "tool.z is along tool.z, the feed"),
+        ({"direction": "tool.z", "across": "tool at (0, 0, 1).z", "radial": 1e8}, "--across", "the feed"),
+    ],
+)
+def test_directions_without_meaning_are_refused(options: dict[str, Any], place: str, what: str) -> None:
+    with pytest.raises(InputError, match=what) as error:
+        se.lobes(spindle(), cutting=CUTTING, speeds=(12_000, 12_000, 1), **options)
+    assert error.value.place.strip("-") == place.strip("-")
+
+
+def test_a_joint_alone_is_its_position() -> None:
+    found = [se.lobes(spindle(), direction=one, cutting=CUTTING, speeds=(9e3, 9e3, 1)) for one in ("tool", "tool.z")]
+    assert found[0].places[0].least == pytest.approx(found[1].places[0].least, rel=1e-12)
+
+
 def growth(machine: dict[str, Any], depth: float, speed: float, intervals: int) -> float:
     """Largest multiplier of a period by semi-discretization of order 0, of x' = A x + K b B (y(t - T) - y(t))."""
     linear = se.linearize(machine, outputs=["tool.z"])
@@ -83,7 +104,7 @@ def test_teeth_and_speed_are_one_period() -> None:
     [
         ({"cutting": 0.0}, "is not above zero"),
         ({"cutting": CUTTING, "speeds": (-1.0, 5.0, 3)}, "spindle speeds are numbers above zero"),
-        ({"cutting": CUTTING, "direction": "tool.vz"}, "tool.vz is no position"),
+        ({"cutting": CUTTING, "direction": "tool.vz"}, "tool.vz is no displacement in m"),
         ({"cutting": CUTTING, "direction": "tol.z"}, "tol"),
     ],
 )

@@ -194,7 +194,7 @@ def test_in_time_depths_below_die_out_and_depths_above_grow() -> None:
         ({"across": None}, "belongs to milling"),
         ({"radial": None}, "milling needs it"),
         ({"thickness": X}, "leave it out"),
-        ({"across": X}, "is the feed"),
+        ({"across": X}, "the feed: name an output at right angles"),
         ({"across": "tol.y"}, "across: "),
         ({"immersion": 1.5}, "immersion: 1.5 is"),
         ({"radial": np.nan}, "radial: nan"),

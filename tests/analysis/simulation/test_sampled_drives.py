@@ -121,7 +121,7 @@ def states(system: From, loop: SampledLoop, z: Array, periods: int, precision: f
     return np.array(simulated), np.array(expected)
 
 
-@pytest.mark.parametrize("changes", [{}, {"measured": "arm.rz", "Kv": 10}, {"dead_time": 1e-4}])
+@pytest.mark.parametrize("changes", [{}, {"measured": "arm at (0, 0, 0).rz", "Kv": 10}, {"dead_time": 1e-4}])
 def test_periods_are_those_of_the_exact_map_and_so_are_its_poles(changes: dict[str, Any], tmp_path: Path) -> None:
     """From a random state, with the motor or the load measured; the map again from the states, and its eigenvalues."""
     control = se.control(sampled(**changes))
