@@ -88,7 +88,7 @@ def _cut(options: Cutting) -> Cut:
             raise InputError(source, name, "belongs to milling: name the output across the feed by --across")
     else:
         if options.radial is None:
-            raise InputError(source, "--radial", "milling needs it: often a third of --cutting")
+            raise InputError(source, "--radial", "milling needs it (--across is given): often a third of --cutting")
         if options.thickness:
             raise InputError(source, "--thickness", "in milling it is along --direction and --across: leave it out")
         immersion = 1.0 if options.immersion is None else options.immersion
