@@ -98,8 +98,8 @@ def write(machine: MachineLike, path: str | Path, *, drop: Sequence[str] = (), f
     """Write a machine in the format of the suffix, and return the path; an existing file is replaced if `force`.
 
     `drop` are parts that are left out, for URDF and MJCF: "rotors", "springs" (elastic joints are fixed where these are
-    neutral), "loops" (their joints without motors are driven), "wrenches", "creep", "sharing"; a `MachineWarning` names
-    the joints, and notes of the file do.
+    neutral), "loops" (their joints without motors are driven), "wrenches", "backlash", "creep", "sharing"; a
+    `MachineWarning` names the joints, and notes of the file do.
     """
     kept, remarks = without(the_machine(machine), among(drop, PARTS, "--drop"))
     with permission(force=force):

@@ -38,6 +38,15 @@ LARGEST_SHARE = 0.9
 """Of a load in its own friction, which stops the joint at 1, and of a bristle that is elastic."""
 
 
+LEAST_ROUNDING = 1e-4
+"""Of a backlash: at sharper edges digits are lost, and no step is small enough."""
+WITHOUT = {
+    Dimension.CREEP: "dry friction jumps at rest",
+    Dimension.BACKLASH: "the spring is straight, or its edges are rounded by backlash/50",
+}
+"""Laws without a cell that cannot be 0."""
+
+
 def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None) -> list[str]:
     """Return warnings, one line each, about a machine that can be modelled.
 
@@ -59,6 +68,7 @@ def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None)
     _refuse(machine, (), ((place, doubt.what) for place, doubt in doubts if doubt.is_certain))
     values = parameter_values(machine)
     _check_values(machine, values)
+    _check_backlash(machine, values)
     _refuse(machine, share_faults(machine, values), start_faults(machine, values))
     if described.asked.scene is not None:
         resolve(described.asked.scene, machine, models)
@@ -199,6 +209,8 @@ def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
     for cell, formula in cells(joint.spring):
         if joint.kind not in (Kind.ELASTIC, Kind.CUT) and not formula.is_zero:
             yield cell.label, f"the joint is {joint.kind.value}: only an elastic one has {cell.label}"
+    if joint.spring.backlash.is_zero and not joint.spring.rounding.is_zero:
+        yield "rounding", "it rounds the edges of a backlash: give backlash, or leave it out"
 
 
 def _friction_faults(law: Friction) -> Iterator[tuple[str, str]]:
@@ -255,10 +267,27 @@ def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
             raise machine.error(place, str(error)) from None
         if value < 0 and cell.column.dimension.is_nonnegative:
             raise machine.error(place, f"{quote(formula)} is negative: {value:g}")
-        if value == 0 and cell.column.dimension is Dimension.CREEP:
-            raise machine.error(place, f"{quote(formula)} is 0: leave it out, then dry friction jumps at rest")
+        if value == 0 and cell.column.dimension in WITHOUT:
+            raise machine.error(place, f"{quote(formula)} is 0: leave it out, then {WITHOUT[cell.column.dimension]}")
         if value >= LARGEST_SHARE and cell.column.dimension is Dimension.SHARE:
             raise machine.error(place, f"{quote(formula)} is {value:g}: it must be below {LARGEST_SHARE}")
+
+
+def _check_backlash(machine: Machine, values: Mapping[str, float]) -> None:
+    for j in machine.with_backlash:
+        joint, spring = machine.joint(j), machine.joint(j).spring
+        changed_by = ", ".join(sorted(spring.stiffness.names & machine.variables.keys()))
+        if changed_by:
+            what = (
+                f"its stiffness changes with {changed_by}, and a backlash needs a constant one: leave one of them out"
+            )
+            raise machine.error(place_of(j, joint, "backlash"), what)
+        if spring.rounding.is_zero or not (spring.rounding.names | spring.backlash.names) <= values.keys():
+            continue
+        backlash, rounding = spring.backlash.value(values), spring.rounding.value(values)
+        if rounding < LEAST_ROUNDING * backlash:
+            what = f"{rounding:g} is sharper than {LEAST_ROUNDING:g} of the backlash {backlash:g}: give more"
+            raise machine.error(place_of(j, joint, "rounding"), what)
 
 
 def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:

@@ -40,6 +40,7 @@ class Dimension(Enum):
     COULOMB_FRICTION = "Coulomb friction", "N m", "N"
     CREEP = "creep velocity", "rad/s", "m/s"
     SHARE = "share", ""
+    BACKLASH = "backlash", "rad", "m"
     FORCE = "force", "N"
     MOMENT = "moment", "N m"
     VELOCITY = "velocity", "m/s"
@@ -60,6 +61,7 @@ class Dimension(Enum):
 NOT_NEGATIVE = (
     *(Dimension.MASS, Dimension.ROTOR_INERTIA, Dimension.STIFFNESS, Dimension.DAMPING),
     *(Dimension.VISCOUS_FRICTION, Dimension.COULOMB_FRICTION, Dimension.CREEP, Dimension.SHARE),
+    Dimension.BACKLASH,
 )
 
 

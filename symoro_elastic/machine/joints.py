@@ -17,6 +17,8 @@ Vector3 = tuple[Formula, Formula, Formula]
 Inertia6 = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 
 TENSOR_IS = "XX YY ZZ, or all of XX XY XZ YY YZ ZZ, where XY is minus the integral of x y over the mass"
+USUAL_ROUNDING = 50
+"""Part of a backlash that rounds its edges, unless a rounding is given."""
 NO_VECTOR: Vector3 = (ZERO, ZERO, ZERO)
 NO_INERTIA: Inertia6 = (ZERO,) * 6
 
@@ -79,7 +81,10 @@ class Body:
 
 @dataclass(frozen=True)
 class Spring:
-    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd."""
+    """Elastic law of a joint [9]: Gamma = -stiffness (q - neutral) - damping qd.
+
+    With a `backlash` it exerts nothing while |q - neutral| is below backlash/2, over edges that `rounding` smooths.
+    """
 
     stiffness: Formula = column(
         *(Dimension.STIFFNESS, "springs", "k"),
@@ -102,6 +107,21 @@ class Spring:
         tunable=True,
         meaning="position of the joint at which the spring exerts no force",
         example="0.001",
+    )
+    backlash: Formula = column(
+        *(Dimension.BACKLASH, "springs", "backlash"),
+        symbol="bl",
+        tunable=True,
+        meaning="play b in which spring and damper exert nothing, b/2 to either side of neutral; the stiffness is then "
+        "a constant",
+        example="1e-3",
+    )
+    rounding: Formula = column(
+        *(Dimension.BACKLASH, "springs", "rounding"),
+        symbol="e",
+        tunable=True,
+        meaning="deflection e that rounds the two edges of a backlash; left out: backlash/50",
+        example="2e-5",
     )
 
 

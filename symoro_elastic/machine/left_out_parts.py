@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import replace
 
-from symoro_elastic.machine.columns import Cell, with_cells
+from symoro_elastic.machine.columns import Cell, Dimension, with_cells
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint, Kind
@@ -14,13 +14,14 @@ from symoro_elastic.machine.restrict import with_held_joints
 from symoro_elastic.machine.springs_beside_motors import with_springs_in_motors
 
 ROTORS, SPRINGS, LOOPS = "rotors", "springs", "loops"
-WRENCHES, CREEP, SHARING = "wrenches", "creep", "sharing"
-PARTS = (ROTORS, SPRINGS, LOOPS, WRENCHES, CREEP, SHARING)
+WRENCHES, BACKLASH, CREEP, SHARING = "wrenches", "backlash", "creep", "sharing"
+PARTS = (ROTORS, SPRINGS, LOOPS, WRENCHES, BACKLASH, CREEP, SHARING)
 """Parts that a machine may be written without."""
 CELLS: dict[str, Callable[[Cell], bool]] = {
     ROTORS: lambda cell: cell.column.section == "motors",
     SPRINGS: lambda cell: cell.column.section == "springs",
     WRENCHES: lambda cell: cell.column.section == "wrenches",
+    BACKLASH: lambda cell: cell.column.dimension is Dimension.BACKLASH,
     CREEP: lambda cell: cell.column.section == "friction" and cell.column.key not in ("viscous", "coulomb"),
     SHARING: lambda cell: cell.column.key == "sharing",
 }
@@ -28,6 +29,7 @@ CELLS: dict[str, Callable[[Cell], bool]] = {
 LOST = {
     ROTORS: "the rotors of {}, whose inertia is lost",
     WRENCHES: "the wrenches on the bodies {}",
+    BACKLASH: "the backlash of {}, whose springs are straight",
     CREEP: "what makes dry friction of {} smooth: it jumps at rest",
     SHARING: "the weights by which {} share torques",
 }

@@ -257,6 +257,11 @@ class Machine(Shown):
         return tuple(j for j in self.articulated if not self.joint(j).friction.load.is_zero)
 
     @property
+    def with_backlash(self) -> tuple[int, ...]:
+        """Numbers (from 1) of the elastic joints whose springs have backlash, in table order."""
+        return tuple(j for j in self.elastic if not self.joint(j).spring.backlash.is_zero)
+
+    @property
     def independent_joints(self) -> tuple[Joint, ...]:
         """The joints that own an independent variable, in the order of the entries of q."""
         return tuple(map(self.joint, self.independent))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.columns import Cell, cells, with_cells
+from symoro_elastic.machine.columns import Cell, Dimension, cells, with_cells
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
@@ -65,18 +65,22 @@ def refuse_wrong_signs(machine: Machine, given: Collection[str], values: dict[st
     for name, owner in owners:
         for cell, formula in cells(owner):
             is_given = not formula.names.isdisjoint(given) and formula.names <= values.keys()
-            if is_given and cell.column.dimension.is_nonnegative:
-                _refuse_negative(machine, f"{name}.{cell.name}", formula, values)
+            dimension = cell.column.dimension
+            if is_given and dimension.is_nonnegative:
+                _refuse_negative(machine, f"{name}.{cell.name}", formula, values, dimension is Dimension.BACKLASH)
     return values
 
 
-def _refuse_negative(machine: Machine, place: str, formula: Formula, values: Mapping[str, float]) -> None:
+def _refuse_negative(
+    machine: Machine, place: str, formula: Formula, values: Mapping[str, float], is_positive: bool
+) -> None:
     try:
         value = formula.value(values)
     except FormulaError as error:
         raise InputError(machine.label, place, str(error)) from None
-    if value < 0:
-        raise InputError(machine.label, place, f"is negative: {value:g} by {_by(formula, values)}")
+    if value < 0 or (value == 0 and is_positive):
+        what = "is negative" if value < 0 else "must be above 0"
+        raise InputError(machine.label, place, f"{what}: {value:g} by {_by(formula, values)}")
 
 
 def _by(formula: Formula, values: Mapping[str, float]) -> str:

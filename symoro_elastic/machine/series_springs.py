@@ -125,6 +125,8 @@ def _obstacle(machine: Machine, j: int, k: int) -> str:
     for joint in (first, last):
         if not machine.variables.keys().isdisjoint(joint.selected.names | joint.spring.stiffness.names):
             return f"{joint.name} or its spring follows other joints"
+        if not joint.spring.backlash.is_zero:
+            return f"the spring of {joint.name} has backlash"
         if joint.friction != Friction():
             return f"friction acts on {joint.name}"
         if _is_zero(machine, joint.spring.stiffness):

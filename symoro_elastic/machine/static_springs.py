@@ -59,6 +59,8 @@ def _not_static(machine: Machine, j: int) -> str:
     joint = machine.joint(j)
     if joint.spring.stiffness.is_zero and joint.kind is Kind.ELASTIC:
         return f"its spring has no stiffness: give [springs] {joint.name} one, or leave it out of static"
+    if not joint.spring.backlash.is_zero:
+        return "its spring has backlash: keep it in the motion, or leave backlash out"
     return without_spring(machine, joint) or _shared(machine, j)
 
 

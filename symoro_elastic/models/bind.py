@@ -11,7 +11,6 @@ from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.mechanics.bias_acceleration import with_tips_in_frames_before
 from symoro_elastic.mechanics.coordinates import joint_accelerations, joint_rates, product, projection
-from symoro_elastic.mechanics.joint_laws import elastic_torque
 from symoro_elastic.mechanics.kinematics import path
 from symoro_elastic.mechanics.loops.planar import Closed
 from symoro_elastic.mechanics.mechanism import Link, Mechanism
@@ -20,6 +19,7 @@ from symoro_elastic.models.base_parameters import Grouping
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.coordinates import Coordinates
 from symoro_elastic.models.joint_friction import JointFriction
+from symoro_elastic.models.joint_spring import JointSpring
 from symoro_elastic.models.loops.closed_forms import in_space, own_variable, parallelogram_angles, planar
 from symoro_elastic.models.loops.naming import name_positions, name_turns, reserve_sections
 from symoro_elastic.models.loops.plan import Form, LoopPlan, assembled_joints, loops_of, plan_of
@@ -136,9 +136,14 @@ class Bound(Tree):
 
     def passive_torque(self, j: int) -> Scalar:
         """Torque of spring and damper on joint j [9]; zero for joints without."""
-        stiffness, deflection = self.spring(j)
-        damping = self.cell(self.machine.joint(j).spring.damping)
-        return elastic_torque(stiffness, deflection, damping, self.rate(j))
+        return self.spring_of(j).torque(self.rate(j))
+
+    def spring_of(self, j: int) -> JointSpring:
+        """The law of spring and damper of joint j at its deflection."""
+        (stiffness, deflection), law = self.spring(j), self.machine.joint(j).spring
+        return JointSpring(
+            self.graph, stiffness, deflection, *map(self.cell, (law.damping, law.backlash, law.rounding))
+        )
 
     def spring(self, j: int) -> tuple[Scalar, Scalar]:
         """Stiffness of joint j and deflection of its spring; zero for joints without."""

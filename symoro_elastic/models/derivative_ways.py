@@ -126,9 +126,9 @@ def torque_changes(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Ent
     name_torque_derivatives(bound, made)
     by_q, by_qd = dict(made.by_q), dict(made.by_qd)
     for j in bound.machine.independent:
-        joint, (stiffness, _) = bound.machine.joint(j), bound.spring(j)
-        by_q[j, j] = by_q[j, j] + stiffness
-        by_qd[j, j] = by_qd[j, j] + bound.friction_slope(j) + bound.cell(joint.spring.damping)
+        spring = bound.spring_of(j)
+        by_q[j, j] = by_q[j, j] + spring.change(bound.rate(j))
+        by_qd[j, j] = by_qd[j, j] + bound.friction_slope(j) + spring.damper
     return by_q, by_qd, made.by_qdd
 
 

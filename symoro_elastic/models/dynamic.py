@@ -7,7 +7,7 @@ from dataclasses import replace
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.mechanics.dynamics import dynamics
-from symoro_elastic.mechanics.energy import elastic_energy, gravity_energy, kinetic_energy
+from symoro_elastic.mechanics.energy import gravity_energy, kinetic_energy
 from symoro_elastic.mechanics.factorization import by_minimum_degree, factorization, share, share_or_one
 from symoro_elastic.mechanics.kinematics import frames, velocities
 from symoro_elastic.mechanics.mechanism import Mechanism, without_loads
@@ -163,7 +163,7 @@ def _energy(bound: Bound, _: Joints) -> Results:
     name_twists(bound, velocities(mechanism, rates), frames(mechanism), "V", "[3]")
     elastic: Scalar = 0
     for j in bound.machine.with_variable:
-        elastic = elastic + elastic_energy(*bound.spring(j))
+        elastic = elastic + bound.spring_of(j).energy()
     parts = (kinetic_energy(mechanism, rates), gravity_energy(mechanism, bound.gravity, bound.depth), elastic)
     return {"E": Result(None, parts, (3,))}
 

@@ -74,6 +74,8 @@ def _faults(bound: Bound, j: int, joint: Joint, driven: bool, damped: bool) -> I
             "it is elastic, but not the single spring behind a motor on its axis: it vibrates by itself, whatever the "
             "motors do, and the desired motion has no torques in closed form: lock it in a scene",
         )
+    if not is_zero(bound.cell(joint.spring.backlash)):
+        yield "backlash", "the motor would have to jump where the spring changes flanks: leave it out"
     linear = (("damping", joint.spring.damping), ("viscous friction", joint.friction.viscous))
     for cell, formula in () if damped else linear:
         if not is_zero(bound.cell(formula)):

@@ -143,7 +143,10 @@ def _of_joint(bound: Bound, j: int, entry: str) -> Column:
 
 
 def refuse_varying_stiffness(machine: Machine) -> None:
-    """Refuse springs whose force is not linear in parameters: their stiffness depends on positions."""
+    """Refuse springs whose force is not linear in parameters: stiffness that depends on positions, backlash."""
+    for j in machine.with_backlash:
+        what = "the force of its spring is not linear in parameters, so no regressor has a column for it: leave it out"
+        raise machine.error(place_of(j, machine.joint(j), "backlash"), what)
     for j in machine.elastic:
         stiffness = machine.joint(j).spring.stiffness
         names = ", ".join(sorted(stiffness.names & machine.variables.keys()))

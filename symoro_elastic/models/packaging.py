@@ -213,6 +213,8 @@ def _of_joint(j: int, joint: Joint, values: Mapping[str, Fraction]) -> Iterator[
         ("k", joint.spring.stiffness, "stiffness", f"{force}/{angle}"),
         ("h", joint.spring.damping, "damping", f"{force} s/{angle}"),
         ("n", joint.spring.neutral, "neutral position", angle),
+        ("bl", joint.spring.backlash, "backlash", angle),
+        ("e", joint.spring.rounding, "rounding of the backlash", angle),
         ("Fv", joint.friction.viscous, "viscous friction", f"{force} s/{angle}"),
         ("Fs", joint.friction.coulomb, "Coulomb friction", force),
         ("vs", joint.friction.creep, "creep velocity of dry friction", f"{angle}/s"),

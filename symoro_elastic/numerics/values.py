@@ -56,6 +56,7 @@ DRAWS: dict[Dimension, Draw] = {
     Dimension.COULOMB_FRICTION: FRICTION,
     Dimension.CREEP: CREEP,
     Dimension.SHARE: _between(0.1, 0.8),
+    Dimension.BACKLASH: _between(0.05, 0.5),
     Dimension.FORCE: FORCE,
     Dimension.MOMENT: FORCE,
     Dimension.VELOCITY: MOTION,

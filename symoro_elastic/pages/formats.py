@@ -69,9 +69,9 @@ second of a prismatic joint. In TOML a number may have a unit, `"120 kg"`, `"8 N
 with a letter; letters, digits and single underscores follow; words of the generated languages are refused.
 
 Every key stands in an example: `examples/all_keys.toml`, `examples/floating_arm.toml`, `examples/linkage.toml`,
-`examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`, `examples/scenes/puma_within.toml`,
-`examples/scenes/two_axis_move.toml`, `examples/scenes/ball_screw_drives.toml`, `examples/lathe_tests/tests.toml`,
-`examples/two_axis_tests/tests.toml`.
+`examples/backlash.toml`, `examples/all_keys.par`, `examples/four_bar.par`, `examples/scenes/tool.toml`,
+`examples/scenes/puma_within.toml`, `examples/scenes/two_axis_move.toml`, `examples/scenes/ball_screw_drives.toml`,
+`examples/lathe_tests/tests.toml`, `examples/two_axis_tests/tests.toml`.
 """
 TOML = """## Machine file in TOML (`.toml`)
 

@@ -159,7 +159,15 @@ def refuse_leaks(found: Ended) -> None:
 
 READABLE = (".toml", ".par", ".urdf", *([".xml"] if find_spec("mujoco") else []))
 MACHINES = sorted(path.name for path in EXAMPLES.iterdir() if path.suffix in READABLE)
-ALIKE = ("all_keys.par", "ball_screw_rigid.toml", "four_bar.par", "puma560.par", "puma560_measured.toml", "rx90.par")
+ALIKE = (
+    "all_keys.par",
+    "backlash.toml",
+    "ball_screw_rigid.toml",
+    "four_bar.par",
+    "puma560.par",
+    "puma560_measured.toml",
+    "rx90.par",
+)
 """Like `all_keys.toml`, `ball_screw.toml`, `sr400.par` and `two_axis.toml`: only shown."""
 JSON: dict[str, tuple[str, ...]] = {
     "show": (),

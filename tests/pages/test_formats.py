@@ -57,11 +57,11 @@ def used(name: str) -> dict[str, Any]:
 
 def tables() -> Iterator[tuple[Section, dict[str, Any]]]:
     """Every table of the examples that show the keys, with its section."""
-    for name in ("all_keys.toml", "floating_arm.toml", "linkage.toml"):
+    for name in ("all_keys.toml", "floating_arm.toml", "linkage.toml", "backlash.toml"):
         top = used(name)
         yield MACHINE, top
         yield from ((toml_keys.JOINTS, row) for row in top["joints"])
-        yield from ((toml_keys.WITH_UNIT, p) for p in top["parameters"].values() if isinstance(p, dict))
+        yield from ((toml_keys.WITH_UNIT, p) for p in top.get("parameters", {}).values() if isinstance(p, dict))
         for section in toml_keys.OF_JOINTS:
             yield from ((toml_keys.section_of(section), entry) for entry in top.get(section, {}).values())
         yield from ((toml_keys.LIMITS, entry) for entry in top.get("limits", {}).values())

@@ -44,7 +44,12 @@ FORCES = {
 }
 MJCF = Holds(
     "MJCF",
-    lacks={"wrenches": "forces on bodies", **SMOOTH, "sharing": "weights of shared torques"},
+    lacks={
+        "wrenches": "forces on bodies",
+        "backlash": "springs with backlash",
+        **SMOOTH,
+        "sharing": "weights of shared torques",
+    },
     degree=4,
     following="joints that follow one other by a polynomial up to the fourth power",
     passive=True,

@@ -178,6 +178,7 @@ STARTS = {"arm": ARM, "cartesian": CARTESIAN, "elastic": ELASTIC, "floating": FL
 """Machines to start from, by kind."""
 OTHERWISE = {
     "bodies": ("first_moments", "inertia_at_origin"),
+    "springs": ("backlash", "rounding"),
     "friction": ("static", "stribeck", "load", "bristle", "bristle_damping", "breakaway"),
     "motion": ("drives",),
     OF_MOTORS: ("feed_forward", "limits", "filters", "set_point", "measured", "period"),

@@ -29,7 +29,7 @@ from symoro_elastic.machine.named_cells import refuse_values, refuse_wrong_signs
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.mechanics.coordinates import product, projection
 from symoro_elastic.mechanics.dynamics import dynamics
-from symoro_elastic.mechanics.energy import elastic_energy, gravity_energy
+from symoro_elastic.mechanics.energy import gravity_energy
 from symoro_elastic.mechanics.kinematics import frame_set, motion_expressed_in, velocities
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import is_zero
@@ -197,7 +197,7 @@ class EquationsOfMotion:
     @traced_once
     def potential(self) -> Scalar:
         """Energy of gravity, of the base's acceleration, and of springs; r at rest without wrenches is its gradient."""
-        elastic = [elastic_energy(*self.bound.spring(j)) for j in self.machine.with_variable]
+        elastic = [self.bound.spring_of(j).energy() for j in self.machine.with_variable]
         return sum(elastic, gravity_energy(self.bodies, -self.bodies.acceleration.linear))
 
     @traced_once
@@ -223,9 +223,9 @@ class EquationsOfMotion:
 
     @traced_once
     def springs(self) -> dict[str, tuple[Scalar, Scalar, Scalar]]:
-        """Stiffness, deflection and rate of the spring of each elastic joint, by its name."""
-        elastic = self.machine.elastic
-        return {self.machine.joint(j).name: (*self.bound.spring(j), self.bound.rate(j)) for j in elastic}
+        """Stiffness there, force and rate of the spring of each elastic joint, by its name."""
+        laws = {j: self.bound.spring_of(j) for j in self.machine.elastic}
+        return {self.machine.joint(j).name: (law.slope, law.force, self.bound.rate(j)) for j, law in laws.items()}
 
     @traced_once
     def rotors(self) -> dict[str, tuple[Scalar, Scalar]]:
@@ -370,12 +370,12 @@ class EquationsOfMotion:
         return np.array([_spatial_inertia([float(value(x)) for x in row]) for row in cells])
 
     def spring_stiffnesses(self, q: Array) -> Array:
-        """Return k (springs,) in the order of `springs`, N m/rad or N/m."""
+        """Return k (springs,) in the order of `springs`, N m/rad or N/m: the slopes there, where there is backlash."""
         return self._at(q, [stiffness for stiffness, _, _ in self.springs.values()])
 
     def spring_forces(self, q: Array) -> Array:
-        """Return k (x - x0) (springs,) in the order of `springs`, N m or N."""
-        return self._at(q, [stiffness * deflection for stiffness, deflection, _ in self.springs.values()])
+        """Return k (x - x0), or k D(x - x0) (D3), (springs,) in the order of `springs`, N m or N."""
+        return self._at(q, [force for _, force, _ in self.springs.values()])
 
     def refuse_open(self, q: Array) -> None:
         """Raise `InputError` where a cell has no value, and where a loop does not close or is singular."""

@@ -249,10 +249,22 @@ class StateReference:
         for j in machine.elastic:
             spring = machine.joint(j).spring
             stretch = x[j] - self.cell(spring.neutral)
-            forces[j] += -self.cell(spring.stiffness, self.variables) * stretch - self.cell(spring.damping) * xd[j]
+            pressed, share = self._backlash(spring, stretch)
+            stiffness, damping = self.cell(spring.stiffness, self.variables), self.cell(spring.damping)
+            forces[j] += -stiffness * pressed - damping * share * xd[j]
             for name in spring.stiffness.names & machine.variables.keys():
                 forces[machine.variables[name]] -= self._slope(spring.stiffness, name) * stretch * stretch / 2
         return forces
+
+    def _backlash(self, spring: Spring, x: Any) -> tuple[Any, Any]:
+        """Return D(x) of the spring and D'(x) of its damper (D3); x and 1 without backlash."""
+        if spring.backlash.is_zero:
+            return x, 1
+        backlash = self.cell(spring.backlash)
+        e = backlash / 50 if spring.rounding.is_zero else self.cell(spring.rounding)
+        ends = [x + backlash / 2, x - backlash / 2]
+        over, under = (self.arithmetic.operations[SQRT](u * u + e * e) for u in ends)
+        return x - (over - under) / 2, 1 - (ends[0] / over - ends[1] / under) / 2
 
     def _joint_coordinates(self) -> tuple[Mapping[int, Any], Mapping[int, Any]]:
         """Return joint coordinates and their rates, by joint."""

@@ -243,6 +243,9 @@ def _laws(motion: EquationsOfMotion, start: Array, v: Array) -> tuple[Array, Arr
 def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
     """Raise `InputError` for joints that depend on others, dry friction without a motor, and no inertia."""
     refuse_coupled(motion.given)
+    for j in motion.given.with_backlash:
+        what = "the ladder takes springs as straight: leave it out, or use simulate"
+        raise motion.given.error(f"joint {motion.given.joint(j).name}, backlash", what)
     refuse_sticking(motion)
     (M,) = motion.matrices("M", start.q, start.qd, start.qdd)
     refuse_singular(motion, M, range(len(start.q)), can_hold=False)
