@@ -246,8 +246,9 @@ class _System:
     def _diagonals(self) -> _Diagonals:
         bound = self.bound
         owners = bound.machine.with_variable
-        K = {j: bound.spring(j)[0] for j in owners}
-        D = {j: bound.cell(bound.machine.joint(j).spring.damping) + self._friction(j) for j in owners}
+        springs = {j: bound.spring_of(j) for j in owners}
+        K = {j: spring.slope for j, spring in springs.items()}
+        D = {j: spring.damper + self._friction(j) for j, spring in springs.items()}
         coupled = {j: self._friction(j) for j in bound.machine.articulated if j not in owners}
         if self.motors is Motors.SERVO:
             gains = [map(bound.graph.symbol, bound.arguments()[name]) for name in ("kp", "kd")]

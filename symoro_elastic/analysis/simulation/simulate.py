@@ -102,7 +102,8 @@ class Simulating:
     def is_predicted(self) -> bool:
         """Whether there is a linear model along the motion.
 
-        Not where the base moves freely, joints depend on others or there are states z, nor for long motions.
+        Not where the base moves freely, joints depend on others, springs have backlash or there are states z, nor for
+        long motions.
         """
         return self._path is not None
 
@@ -114,9 +115,10 @@ class Simulating:
 
     @property
     def _is_tree(self) -> bool:
-        """Whether joints are independent, on a fixed base, and friction and motors have no states."""
+        """Whether joints are independent, on a fixed base, springs straight, friction and motors without states."""
         states = self.machine.bristles or self.reference.drives
-        return not self.machine.is_coupled and not self.machine.degrees_of_base and not states
+        straight = not self.machine.is_coupled and not self.machine.with_backlash
+        return straight and not self.machine.degrees_of_base and not states
 
     @cached_property
     def _path(self) -> tuple[LinearPath, tuple[int, ...]] | None:

@@ -33,7 +33,9 @@ def equilibrium(
     tau[list(given)] = list(given.values())
     fixed = {k for k in motion.motors if k not in given}.union(base)
     sought = [k for k in range(len(motion.joints)) if k not in fixed]
-    placed = not motion.indices_of(at or {}, "--at").keys().isdisjoint(sought)
+    given_at = motion.indices_of(at or {}, "--at").keys()
+    placed = not given_at.isdisjoint(sought)
+    q = _on_flanks(motion, q, tau, [k for k in sought if k not in given_at])
     q = balance(motion, q, tau, sought, placed)
     zero = np.zeros_like(q)
     forces = motion.forces(q, zero, zero)
@@ -82,6 +84,17 @@ def starting_point(motion: EquationsOfMotion, at: Mapping[str, float]) -> Array:
     for k, x in motion.indices_of(at, "--at").items():
         q[k] = x
     return q
+
+
+def _on_flanks(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array:
+    """Return the position with springs that have backlash at the edges to which loads push them."""
+    zero, edges = np.zeros_like(q), np.zeros_like(q)
+    for k in sought:
+        edges[k] = motion.joints[k].spring.backlash.value(motion.parameters) / 2
+    if not edges.any():
+        return q
+    motion.refuse_open(q)
+    return q + edges * np.sign(tau - motion.forces(q, zero, zero))
 
 
 def _free(motion: EquationsOfMotion, torques: Mapping[str, float]) -> dict[int, float]:
