@@ -104,9 +104,12 @@ def test_every_method_is_listed_with_its_order() -> None:
 
 
 def test_tables_are_read() -> None:
-    scene, friction = snippets("toml")
+    scene, friction, springs = snippets("toml")
     text = (ROOT / "examples" / "two_axis.toml").read_text(encoding="utf-8")
     assert "[friction]" not in text and "[scene]" not in text
     found = toml.read(f"{text}\n{scene}\n{friction}", "two_axis.toml")
     assert found.asked.scene is not None and found.asked.scene.steps == ("w3",)
     assert not found.joint(2).friction.creep.is_zero or any(not row.friction.creep.is_zero for row in found.joints)
+    machine = (ROOT / "examples" / "backlash.toml").read_text(encoding="utf-8")
+    (backlash,) = toml.read(machine[: machine.index("[springs]")] + springs, "backlash.toml").with_backlash
+    assert backlash == 2
