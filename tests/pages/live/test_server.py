@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -13,6 +15,7 @@ from typing import Any
 import pytest
 
 from symoro_elastic.foundation import packages
+from symoro_elastic.pages.live.followed_file import FollowedFile, version_of
 from tests.command_line import EXAMPLES, refused
 from tests.pages.live.served import Served, serving
 
@@ -39,8 +42,8 @@ def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Served, P
 @pytest.fixture
 def own(tmp_path: Path) -> Iterator[tuple[Served, Path]]:
     """A server of a machine of the test's own."""
-    path = tmp_path / "two_axis.toml"
-    shutil.copy(EXAMPLES / "two_axis.toml", path)
+    path = tmp_path / "planar_2r.toml"
+    shutil.copy(EXAMPLES / "planar_2r.toml", path)
     with serving(path) as served:
         yield served, path
 
@@ -50,7 +53,7 @@ def version(served: Served) -> str:
         return str(news.until(lambda parts: "cost" in parts)["file"]["version"])
 
 
-def edit(served: Served, seen: str, text: str, path: Any = ("bodies", "ram", "mass")) -> Any:
+def edit(served: Served, seen: str, text: str, path: Any = ("parameters", "m1", "value")) -> Any:
     return served.ask("cell", {"version": seen, "path": path, "text": text})
 
 
@@ -162,11 +165,11 @@ def test_what_an_editor_saves_is_shown_and_a_broken_file_keeps_the_last_good_mac
     with served.watching() as one, served.watching() as other:
         first = one.until(lambda parts: "cost" in parts)["file"]["version"]
         picture = served.ask("picture").text
-        path.write_text(good.replace('antecedent = "bed_y"', 'antecedent = "bedy"'))
+        path.write_text(good.replace('antecedent = "shoulder"', 'antecedent = "sholder"'))
         for client in (one, other):
             said = client.until(lambda parts: parts.get("checked", {}).get("error"))["checked"]["error"]
-            assert (said["place"], said["line"]) == ("joint 3 (bed_x), antecedent", 20)
-            assert said["what"] == "no joint 'bedy'; did you mean 'bed_y'?" and 'name = "bed_x"' in said["text"]
+            assert (said["place"], said["line"]) == ("joint 2 (elbow), antecedent", 9)
+            assert said["what"] == "no joint 'sholder'; did you mean 'shoulder'?" and 'name = "elbow"' in said["text"]
             assert client.parts["picture"]["version"] == first
         assert served.ask("picture").text == picture
         path.write_text(good.replace("gravity = [", "gravity = ["[:-1]))
@@ -174,9 +177,9 @@ def test_what_an_editor_saves_is_shown_and_a_broken_file_keeps_the_last_good_mac
         assert said["line"] == good[: good.index("gravity =")].count("\n") + 1
         path.unlink()
         one.until(lambda parts: "there is no such file" in str(parts["checked"]["error"]))
-        heavier = path.with_name("saved")
-        heavier.write_text(good.replace("mass = 95", "mass = 96"))
-        heavier.replace(path)  # as editors save
+        longer = path.with_name("saved")
+        longer.write_text(good.replace("value = 0.4", "value = 0.5"))
+        longer.replace(path)  # as editors save
         one.until(lambda parts: not parts["checked"]["error"] and parts["picture"]["version"] != first)
     assert served.ask("picture").text != picture
 
@@ -204,7 +207,7 @@ def test_a_cell_is_written_with_all_else_as_it_was_and_undone(own: tuple[Served,
         answer = edit(served, seen, "97.5")
         assert answer.status == 200
         lines = [(a, b) for a, b in zip(before.splitlines(), path.read_bytes().splitlines(), strict=True) if a != b]
-        assert lines == [(lines[0][0], lines[0][0].replace(b"mass = 95,", b"mass = 97.5,"))]
+        assert lines == [(lines[0][0], lines[0][0].replace(b"value = 2.5,", b"value = 97.5,"))]
         told = other.until(lambda parts: parts["file"]["undo"] == 1 and parts["checked"]["version"] != seen)
         assert told["file"]["version"] == json.loads(answer.text)["version"]
         stale = edit(served, seen, "98")
@@ -269,6 +272,48 @@ def test_where_the_file_cannot_be_replaced_it_stays(own: tuple[Served, Path], mo
     answer = edit(served, seen, "97.5")
     assert answer.status == 422 and "No space left" in answer.text
     assert path.read_bytes() == before and [*path.parent.iterdir()] == [path]
+
+
+def written_until(call: int, path: Path) -> bool:
+    """Write a cell in a process killed before the n-th function that it calls of files; whether all was written."""
+    child = os.fork()
+    if child:
+        return os.waitpid(child, 0)[1] == 0
+    left = iter(range(call))
+
+    def count(_frame: Any, event: str, called: Any) -> None:
+        of_files = event == "c_call" and (
+            called.__module__ in ("posix", "io", "_io") or hasattr(called.__self__, "close")
+        )
+        if of_files and next(left, None) is None:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    async def no_fault(_text: str) -> str:
+        sys.setprofile(count)
+        return ""
+
+    file = FollowedFile(str(path))
+    with suppress(StopIteration):
+        file.write_cell(version_of(file.content()), ["parameters", "m1", "value"], "97.5", no_fault).send(None)
+    sys.setprofile(None)
+    os._exit(0)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a POSIX system")
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_kill_in_the_middle_of_writing_loses_nothing(tmp_path: Path) -> None:
+    """Wherever the process is killed, the file is the one before or the one after, and is written again later."""
+    path = Path(shutil.copy(EXAMPLES / "planar_2r.toml", tmp_path))
+    before = path.read_bytes()
+    after = before.replace(b"value = 2.5,", b"value = 97.5,")
+    found, call = [], 0
+    while not written_until(call, path):
+        found.append(path.read_bytes())
+        path.write_bytes(before)
+        call += 1
+    assert len(found) > 10 and path.read_bytes() == after and [*tmp_path.iterdir()] == [path]
+    replaced = found.index(after)
+    assert found == [before] * replaced + [after] * (len(found) - replaced)
 
 
 # The command
