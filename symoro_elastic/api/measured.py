@@ -126,17 +126,17 @@ def _link_side(options: Identifying, machine: Machine) -> list[str]:
 
 
 def _laws(options: Identifying, machine: Machine) -> FrictionLaws:
-    """Return the laws of friction that are asked for."""
-    from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
+    """Return the laws of friction that are asked for, and those that the file has."""
+    from symoro_elastic.analysis.identification.friction_laws import FrictionLaws, laws_of_file
 
     for name, velocity in options.stribeck.items():
         if not (math.isfinite(velocity) and velocity > 0):
             raise InputError("symoro-elastic", "--stribeck", f"{name}={velocity:g}: give a velocity above 0")
     rows = _rows(tuple(options.stribeck), machine, "--stribeck")
-    velocities = dict(zip(rows, options.stribeck.values(), strict=True))
-    return FrictionLaws(
-        tuple(_rows(options.load_friction, machine, "--load-friction")), velocities, options.temperatures
-    )
+    of_file = laws_of_file(machine, options.values)
+    velocities = {**of_file.stribeck, **dict(zip(rows, options.stribeck.values(), strict=True))}
+    load = (*of_file.load, *_rows(options.load_friction, machine, "--load-friction"))
+    return FrictionLaws(tuple(dict.fromkeys(load)), velocities, options.temperatures)
 
 
 def _trust(options: Identifying) -> float | None:

@@ -17,6 +17,7 @@ from symoro_elastic.analysis.identification.estimation import FROM_DATA, Unknown
 from symoro_elastic.analysis.identification.possible import Linear
 from symoro_elastic.analysis.identification.regression import Regressor
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.checks import parameter_values
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.regressor import INERTIAL
@@ -95,6 +96,24 @@ class FrictionLaws:
         """Return the laws with the torque of groups X."""
         kept = [linear.sought[c] for c in linear.structure.kept]
         return replace(self, X=dict(zip(kept, X, strict=False)))
+
+
+def laws_of_file(machine: Machine, values: Mapping[str, float]) -> FrictionLaws:
+    """Return the laws that motors have in the file of a machine, whose friction would otherwise be counted twice.
+
+    Raises `InputError` for a velocity of Stribeck's law without value.
+    """
+    load, velocities, known = [], {}, {**parameter_values(machine), **values}
+    for j in machine.motors:
+        friction = machine.joint(j).friction
+        load += [] if friction.load.is_zero else [j]
+        if friction.static.is_zero:
+            continue
+        if friction.stribeck.names - known.keys():
+            what = f"{', '.join(sorted(friction.stribeck.names - known.keys()))} has no value: give it by --value"
+            raise machine.error(f"friction, {machine.joint(j).name}, stribeck", what)
+        velocities[j] = friction.stribeck.value(known)
+    return FrictionLaws(tuple(load), velocities)
 
 
 def groups_of(Y: Array, tau: Array, count: int) -> Array:
