@@ -41,6 +41,10 @@ class Dimension(Enum):
     CREEP = "creep velocity", "rad/s", "m/s"
     SHARE = "share", ""
     BACKLASH = "backlash", "rad", "m"
+    RESISTANCE = "electrical resistance", "Ohm"
+    INDUCTANCE = "inductance", "H"
+    TORQUE_CONSTANT = "torque constant", "N m/A", "N/A"
+    BACK_EMF = "back-EMF constant", "V s/rad", "V s/m"
     FORCE = "force", "N"
     MOMENT = "moment", "N m"
     VELOCITY = "velocity", "m/s"
@@ -62,7 +66,11 @@ NOT_NEGATIVE = (
     *(Dimension.MASS, Dimension.ROTOR_INERTIA, Dimension.STIFFNESS, Dimension.DAMPING),
     *(Dimension.VISCOUS_FRICTION, Dimension.COULOMB_FRICTION, Dimension.CREEP, Dimension.SHARE),
     Dimension.BACKLASH,
+    *(Dimension.RESISTANCE, Dimension.INDUCTANCE, Dimension.TORQUE_CONSTANT, Dimension.BACK_EMF),
 )
+
+OF_ROTORS = (Dimension.ROTOR_INERTIA, Dimension.TORQUE_CONSTANT, Dimension.BACK_EMF)
+"""Those that belong to the axis of the rotor where a ratio is given, which turns where the joint slides, too."""
 
 
 @dataclass(frozen=True)

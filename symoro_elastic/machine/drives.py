@@ -67,6 +67,15 @@ SetPointFilter = LowPass | Average
 
 
 @dataclass(frozen=True)
+class CurrentControl:
+    """u = kp (i_w - i + (1/ti) int (i_w - i) dt) + compensation Ke w: `kp` V/A, `ti` s, w the rotor's velocity."""
+
+    kp: Formula
+    ti: Formula
+    compensation: Formula = ZERO
+
+
+@dataclass(frozen=True)
 class Drive:
     """The cascade of one motor; gains belong to the variable of its joint, not to the axis of its rotor.
 
@@ -74,7 +83,8 @@ class Drive:
     (None: a period where there is one), `period` s of a sampled controller. `measured` is the signal of the position
     that is controlled, `MOTOR` for the encoder of the motor; its velocity is always that of the motor. `torque_limit`
     N m or N (None: no limit) with the time `windup` s in which the integral part gives way there (None: Tn).
-    `set_point` filters the set point of the position.
+    `set_point` filters the set point of the position. `current` is the controller of the current, in place of the
+    `lag`; `current_limit` A and `voltage_limit` V belong to it.
     """
 
     Kv: Gain
@@ -90,6 +100,9 @@ class Drive:
     torque_limit: Formula | None = None
     windup: Formula | None = None
     set_point: SetPointFilter | None = None
+    current: CurrentControl | None = None
+    current_limit: Formula | None = None
+    voltage_limit: Formula | None = None
 
     @property
     def formulas(self) -> Iterator[tuple[str, Formula]]:
@@ -97,6 +110,8 @@ class Drive:
         gains = (("Kv", self.Kv), ("Kp", self.Kp), ("Tn", self.Tn))
         yield from ((key, gain) for key, gain in gains if isinstance(gain, Formula))
         yield "current, lag", self.lag
+        if self.current:
+            yield from ((f"current, {key}", getattr(self.current, key)) for key in ("kp", "ti", "compensation"))
         yield "feed_forward, velocity", self.velocity_forward
         yield "feed_forward, acceleration", self.acceleration_forward
         for k, one in enumerate(self.filters, start=1):
@@ -104,7 +119,8 @@ class Drive:
             yield from ((f"filter {k}, {key}", getattr(one, key)) for key in of_filter)
         timed = (("dead_time", self.dead_time), ("period", self.period))
         limits = (("limits, torque", self.torque_limit), ("limits, windup", self.windup))
-        yield from ((key, x) for key, x in (*timed, *limits) if x is not None)
+        electric = (("limits, current", self.current_limit), ("limits, voltage", self.voltage_limit))
+        yield from ((key, x) for key, x in (*timed, *limits, *electric) if x is not None)
         if isinstance(self.set_point, LowPass):
             yield "set_point, frequency", self.set_point.frequency
         elif self.set_point:
@@ -134,7 +150,10 @@ def gain_unit(key: str, joint: Joint) -> str:
     return {"Kv": "1/s", "Kp": "N s/m" if slides else "N m s/rad", "Tn": "s"}[key]
 
 
-POSITIVE = ("Kv", "Kp", "Tn", "period", "limits, torque", "limits, windup", "set_point, average")
+POSITIVE = (
+    *("Kv", "Kp", "Tn", "period", "limits, torque", "limits, windup", "set_point, average"),
+    *("current, kp", "current, ti", "limits, current", "limits, voltage"),
+)
 """Keys whose numbers are above zero; frequencies and widths of filters, too. No other is negative."""
 
 
@@ -142,4 +161,26 @@ def why_wrong(key: str, x: float) -> str:
     """Return why a number under a key is none that a drive can have; empty where it is."""
     if (key in POSITIVE or key.endswith(("frequency", "width"))) and not x > 0:
         return f"{x:g} is not above zero"
+    if key == "current, compensation" and x > 1:
+        return f"{x:g} is above one: it is the share of the back-EMF that is compensated"
     return f"{x:g} is negative" if x < 0 else ""
+
+
+NEEDED = ("resistance", "inductance", "torque_constant")
+"""Keys of the motor that a controller of its current needs."""
+
+
+def why_no_current_loop(drive: Drive, joint: Joint) -> str:
+    """Return why a drive can have no controller of the current, with the way out; empty where it can."""
+    if drive.current is None:
+        limits = (("current", drive.current_limit), ("voltage", drive.voltage_limit))
+        key = next((key for key, x in limits if x is not None), "")
+        return f"limits, {key}: belongs to a current loop with kp and ti: give them, or limits, torque" if key else ""
+    missing = [key for key in NEEDED if getattr(joint.electrics, key).is_zero]
+    if missing:
+        what = f"give {', '.join(missing)} of {joint.name} below [motors], or current = {{ lag = 2e-4 }}"
+        return f"current, kp: needs the winding of the motor: {what}"
+    if drive.period is not None:
+        what = "leave out period, or give current = { lag = 2e-4 }"
+        return f"current, kp: sampled drives have no electrics yet: {what}"
+    return ""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from symoro_elastic.machine.columns import AXES, TENSOR, Cell, Column, Dimension, column
+from symoro_elastic.machine.columns import AXES, OF_ROTORS, TENSOR, Cell, Column, Dimension, column
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.quantities.units import FORCE, POSITION
 
@@ -222,6 +222,35 @@ class Wrench:
 
 
 @dataclass(frozen=True)
+class Electrics:
+    """The winding of a motor: L di/dt = u - R i - Ke w, torque Kt i, w being the velocity of its rotor."""
+
+    resistance: Formula = column(
+        *(Dimension.RESISTANCE, "motors", "resistance"),
+        symbol="R",
+        meaning="resistance of the winding, for drives whose current loop has kp and ti",
+        example="0.5",
+    )
+    inductance: Formula = column(
+        *(Dimension.INDUCTANCE, "motors", "inductance"), symbol="L", meaning="inductance of the winding", example="1e-3"
+    )
+    torque_constant: Formula = column(
+        *(Dimension.TORQUE_CONSTANT, "motors", "torque_constant"),
+        title="torque constant",
+        symbol="Kt",
+        meaning="torque by current, about the rotor's own axis where a ratio is given",
+        example="0.1",
+    )
+    back_emf: Formula = column(
+        *(Dimension.BACK_EMF, "motors", "back_emf"),
+        title="back EMF",
+        symbol="Ke",
+        meaning="voltage by velocity, of the rotor's own axis where a ratio is given; 0: that of torque_constant",
+        example="0.1",
+    )
+
+
+@dataclass(frozen=True)
 class Joint:
     """One row of the table: iTj = Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1].
 
@@ -294,6 +323,7 @@ class Joint:
     )
     friction: Friction = Friction()
     wrench: Wrench = Wrench()
+    electrics: Electrics = Electrics()
 
     @property
     def selected(self) -> Formula:
@@ -313,13 +343,26 @@ class Joint:
         return Formula(text, ("*", ("power", self.ratio.tree, 2), self.rotor_inertia.tree))
 
     @property
+    def reflected_electrics(self) -> Electrics:
+        """The winding as the joint feels it: its constants times the ratio where one is given."""
+        constants = {key: getattr(self.electrics, key) for key in ("torque_constant", "back_emf")}
+        if self.ratio.is_zero:
+            return self.electrics
+        changed = {
+            key: Formula(f"({self.ratio})*({x})", ("*", self.ratio.tree, x.tree))
+            for key, x in constants.items()
+            if not x.is_zero
+        }
+        return replace(self.electrics, **changed)
+
+    @property
     def unit(self) -> str:
         """Unit of the joint variable: m where the joint is prismatic, else rad."""
         return POSITION.of(int(self.sigma == 1))
 
     def unit_of(self, cell: Cell) -> str:
         """Unit of one of its cells; empty for a number without unit."""
-        of_rotor = cell.column.dimension is Dimension.ROTOR_INERTIA and not self.ratio.is_zero
+        of_rotor = cell.column.dimension in OF_ROTORS and not self.ratio.is_zero
         return cell.column.dimension.units[int(self.sigma == 1 and not of_rotor)]
 
     @property

@@ -53,6 +53,9 @@ def sampled_drives(machine: Machine) -> dict[int, Drive]:
         if one.period is None:
             what = "is missing: a controller is code that is called once in each period, as 1e-3"
             raise machine.error(f"drives, {name}, period", what)
+        if one.current:
+            what = "sampled drives have no electrics yet: give current = { lag = 2e-4 }"
+            raise machine.error(f"drives, {name}, current, kp", what)
         found[j] = one
     if not found:
         raise machine.error("drives", "the machine has no motor")

@@ -12,14 +12,17 @@ FACTOR = re.compile(r"([A-Za-z]+)(?:\^|\*\*)?(-?\d{1,2})?")
 SIGNS = {"²": "2", "³": "3", "·": " ", "⋅": " "}
 _TIMES = re.compile(r"(?<!\*)\*(?!\*)|(?<=[A-Za-z\d])\.(?=[A-Za-z])")
 SI = {
-    **{base: {base: 1} for base in ("kg", "m", "s", "rad")},
+    **{base: {base: 1} for base in ("kg", "m", "s", "rad", "A")},
     "N": {"kg": 1, "m": 1, "s": -2},
     "J": {"kg": 1, "m": 2, "s": -2},
     "W": {"kg": 1, "m": 2, "s": -3},
     "Pa": {"kg": 1, "m": -1, "s": -2},
     "Hz": {"s": -1},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
+    "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
 }
-"""Units of mechanics, as exponents of kg, m, s and rad."""
+"""Units of mechanics and of motors, as exponents of kg, m, s, rad and A."""
 Powers = Mapping[str, Fraction]
 """Exponents of units, none of them zero."""
 
@@ -100,7 +103,7 @@ def unit_text(powers: Powers) -> str:
 
 @lru_cache
 def in_base_units(unit: str) -> Powers | None:
-    """Exponents of kg, m, s and rad in a unit as people write it: `kg*m^2`, `N m/rad`; None for any other text."""
+    """Exponents of kg, m, s, rad and A in a unit as people write it: `kg*m^2`, `N m/rad`; None for any other text."""
     factors = factors_of(unit)
     if factors is None or not factors.keys() <= SI.keys():
         return None

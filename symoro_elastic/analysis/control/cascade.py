@@ -17,8 +17,9 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.drives import TUNED, Drive, Filter, LowPass, Notch, why_wrong
+from symoro_elastic.machine.drives import NEEDED, TUNED, Drive, Filter, LowPass, Notch, why_no_current_loop, why_wrong
 from symoro_elastic.machine.formula import FormulaError
+from symoro_elastic.machine.joints import Joint
 from symoro_elastic.models.control import samples_of_mean
 
 ROOT_2 = 2**0.5
@@ -86,6 +87,54 @@ class FirstOrder:
 
 
 @dataclass(frozen=True)
+class CurrentLoop:
+    """A current controller at a winding, L i' = u - R i - Ke v, from wanted torque and velocity v to torque Kt i.
+
+        tau = H tau_w - Y v,   H = kp (ti s + 1)/N,   Y = drag ti s/N,   N = L ti s^2 + (R + kp) ti s + kp
+
+    `drag` is Kt Ke of the joint's axis, V A s^2/rad^2 or /m^2, times the share that is not compensated.
+    """
+
+    kp: float
+    ti: float
+    resistance: float
+    inductance: float
+    drag: float
+    name: str = "current loop"
+
+    @property
+    def time(self) -> float:
+        """By how much torque is behind, s: -H'(0) = R ti/kp."""
+        return self.resistance * self.ti / self.kp
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """Return H."""
+        return self.kp * (self.ti * s + 1) / self._below(s)
+
+    def dragged(self, s: ComplexArray) -> ComplexArray:
+        """Return Y, from velocity to the torque that brakes."""
+        return self.drag * self.ti * s / self._below(s)
+
+    def slopes(self, s: ComplexArray) -> dict[str, tuple[ComplexArray, ComplexArray]]:
+        """Return the derivatives of the logarithms of H and Y by those of its numbers, by name."""
+        turned, below = self.ti * s, self._below(s)
+        by_R, by_L = -self.resistance * turned / below, -self.inductance * turned * s / below
+        H, rest = self.at(s), self.kp / below
+        none, one = np.zeros_like(s), np.ones_like(s)
+        return {
+            "resistance": (by_R, by_R),
+            "inductance": (by_L, by_L),
+            "kp of the current loop": (1 - H, -H),
+            "ti of the current loop": (turned / (turned + 1) - 1 + rest, rest),
+            "torque_constant": (none, one),
+            "back_emf": (none, one),
+        }
+
+    def _below(self, s: ComplexArray) -> ComplexArray:
+        return (self.inductance * s + self.resistance + self.kp) * self.ti * s + self.kp
+
+
+@dataclass(frozen=True)
 class DeadTime:
     """e^(-s Td)."""
 
@@ -142,7 +191,7 @@ class Mean:
         return found
 
 
-Element = Biquad | FirstOrder | DeadTime | Hold
+Element = Biquad | FirstOrder | CurrentLoop | DeadTime | Hold
 SetPointElement = Biquad | FirstOrder | Mean
 
 
@@ -171,6 +220,18 @@ class Cascade:
         """Return the cascade with other gains."""
         changes: dict[str, Any] = {**gains}
         return replace(self, **changes)
+
+    @property
+    def current(self) -> CurrentLoop | None:
+        """Its current loop, the last of its path; None where that is a lag."""
+        last = self.path[-1] if self.path else None
+        return last if isinstance(last, CurrentLoop) else None
+
+    @property
+    def idle(self) -> Cascade | None:
+        """What is left of it while no torque is wanted: its current loop, which the back-EMF drives."""
+        one = self.current
+        return Cascade(self.motor, 0.0, 0.0, np.inf, (one,), 0.0) if one else None
 
     def path_at(self, s: ComplexArray) -> ComplexArray:
         """Return P(s)."""
@@ -201,16 +262,21 @@ class Cascade:
         return self.set_point.time if self.set_point else 0.0
 
 
-def cascade_of(motor: str, drive: Drive, values: Mapping[str, float], source: str) -> Cascade:
-    """Return a drive with the values of its formulas; raises `InputError` for numbers that no drive has."""
+def cascade_of(joint: Joint, drive: Drive, values: Mapping[str, float], source: str) -> Cascade:
+    """Return the drive of a joint with values of its formulas; raises `InputError` for numbers that no drive has."""
+    motor = joint.name
+    if wrong := why_no_current_loop(drive, joint):
+        key, what = wrong.split(": ", 1)
+        raise InputError(source, f"drives, {motor}, {key}", what)
     numbers = {key: _value(motor, key, formula.value, values, source) for key, formula in drive.formulas}
     sought = tuple(key for key in ("Kp", "Tn", "Kv") if getattr(drive, key) is TUNED)
     gains = {key: numbers.get(key, np.nan) for key in ("Kv", "Kp", "Tn")}
     if drive.Tn is None:
         gains["Tn"] = np.inf
     shares = (numbers["feed_forward, velocity"], numbers["feed_forward, acceleration"])
+    path = (*_path(drive, numbers), *_current(joint, drive, numbers, values, source))
     return Cascade(
-        *(motor, gains["Kv"], gains["Kp"], gains["Tn"], tuple(_path(drive, numbers)), *shares, sought),
+        *(motor, gains["Kv"], gains["Kp"], gains["Tn"], path, *shares, sought),
         set_point=_set_point(motor, drive, numbers, source),
         torque_limit=numbers.get("limits, torque", np.inf),
         windup=numbers.get("limits, windup"),
@@ -241,6 +307,24 @@ def _path(drive: Drive, numbers: Mapping[str, float]) -> Iterator[Element]:
         yield FirstOrder(CURRENT, numbers["current, lag"])
     for k, one in enumerate(drive.filters, start=1):
         yield _filter(one, f"filter {k}", numbers)
+
+
+def _current(
+    joint: Joint, drive: Drive, numbers: Mapping[str, float], values: Mapping[str, float], source: str
+) -> Iterator[CurrentLoop]:
+    """Yield the loop of a current controller; constants of the rotor's own axis count with the ratio."""
+    if drive.current is None:
+        return
+    winding = {key: getattr(joint.electrics, key).value(values) for key in NEEDED}
+    for key, x in winding.items():
+        if not x > 0:
+            raise InputError(source, f"motors, {joint.name}, {key}", f"{x:g} is not above zero")
+    n = 1.0 if joint.ratio.is_zero else joint.ratio.value(values)
+    Kt = winding["torque_constant"]
+    Ke = Kt if joint.electrics.back_emf.is_zero else joint.electrics.back_emf.value(values)
+    drag = n * n * Kt * Ke * (1 - numbers["current, compensation"])
+    R, L = winding["resistance"], winding["inductance"]
+    yield CurrentLoop(numbers["current, kp"], numbers["current, ti"], R, L, drag)
 
 
 def _filter(one: Filter, place: str, numbers: Mapping[str, float]) -> Biquad | FirstOrder:
@@ -304,6 +388,8 @@ def system_of(path: tuple[Element, ...], parts: int = 1) -> System:
             found = found.then(first_order_system(one))
         elif isinstance(one, Biquad):
             found = found.then(biquad_system(one))
+        elif isinstance(one, CurrentLoop):
+            found = found.then(current_system(one))
     return found
 
 
@@ -318,6 +404,13 @@ def first_order_system(one: FirstOrder) -> System:
     """Return a lag as a linear system."""
     rate = 1 / one.time
     return System(np.array([[-rate]]), np.array([rate]), np.array([1.0]), 0.0)
+
+
+def current_system(one: CurrentLoop) -> System:
+    """Return a current loop as a linear system: the torque, and the integral part over kp, as a torque."""
+    rate = one.kp / one.inductance
+    A = np.array([[-(one.kp + one.resistance) / one.inductance, rate], [-1 / one.ti, 0.0]])
+    return System(A, np.array([rate, 1 / one.ti]), np.array([1.0, 0.0]), 0.0)
 
 
 def biquad_system(one: Biquad) -> System:

@@ -98,7 +98,7 @@ def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) ->
 
 @dataclass(frozen=True)
 class DriveSystem:
-    """A drive as a linear system: states by r - p, rd - v and rates of the set point, what goes straight to torque.
+    """A drive as a linear system: states by r - p, -v and rates of the set point, what goes straight to torque.
 
     `sizes` are those of its states where the motor is 1 rad or m behind, or 1 rad/s or m/s too slow.
     """
@@ -123,9 +123,12 @@ def drive_system(one: Cascade, of_delay: int = 1) -> DriveSystem:
     path = system_of(one.path, of_delay)
     whole = pi.then(path)
     fed = np.concatenate([np.zeros(len(pi.B)), path.B]) * one.acceleration_forward
-    kfv = one.velocity_forward
+    kfv, by_velocity = one.velocity_forward, whole.B
+    if current := one.current:  # the back-EMF acts on the state of the torque
+        by_velocity = by_velocity.copy()
+        by_velocity[-2] += current.drag / current.inductance
     return DriveSystem(
-        *(whole.A, whole.C, one.Kv * whole.B, whole.B, kfv * whole.B, fed),
+        *(whole.A, whole.C, one.Kv * whole.B, by_velocity, kfv * whole.B, fed),
         through=(one.Kv * whole.D, whole.D),
         of_set_point=(one.Kv * whole.D, kfv * whole.D, one.acceleration_forward * path.D),
         sizes=np.concatenate([np.ones(len(pi.A)), np.full(len(path.A), one.Kp)]),

@@ -47,7 +47,8 @@ def driven_machine(
     `signals` are outputs that have rows in the linearizations. Raises `InputError`.
     """
     drives = drives_of(motion.asked).by_motor
-    cascades = [cascade_of(name, one, motion.parameters, motion.source) for name, one in drives.items()]
+    joints = {joint.name: joint for joint in motion.asked.joints}
+    cascades = [cascade_of(joints[name], one, motion.parameters, motion.source) for name, one in drives.items()]
     if tune:
         cascades = [_sought(one, drives[one.motor]) for one in cascades]
     plants = tuple(_plant(motion, state, place, drives, damping, signals) for place, state in states)

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import Cascade, laplace
+from symoro_elastic.analysis.control.cascade import Cascade, CurrentLoop, laplace
 from symoro_elastic.analysis.control.closed_loop import closed_loop
 from symoro_elastic.analysis.control.largest_gain import LargestGain, Terms, largest_gain, refined_minimum
 from symoro_elastic.analysis.control.plant import Axis, Plant, response_slopes
@@ -38,12 +38,21 @@ SLOW = 0.02
 
 @dataclass(frozen=True)
 class OpenAxis:
-    """One axis of a plant without its drive, those of `others` closed; `fastest` is the least time of its drive, s."""
+    """One axis of a plant without its drive, those of `others` closed; `fastest` is the least time of its drive, s.
+
+    `idle` is its own current controller, which answers to the back-EMF where no torque is wanted.
+    """
 
     plant: Plant
     motor: str
     others: tuple[Cascade, ...]
     fastest: float
+    idle: Cascade | None = None
+
+    @property
+    def closed(self) -> tuple[Cascade, ...]:
+        """The loops that are closed while the axis is open."""
+        return (*self.others, self.idle) if self.idle else self.others
 
     @property
     def axis(self) -> Axis:
@@ -54,7 +63,7 @@ class OpenAxis:
     def frequencies(self) -> Array:
         """Frequencies in Hz, ascending, that are close to each other around poles of the machine and of the others."""
         poles = [damped_poles(self.plant.linear)[0]]
-        poles += [closed_loop(self.plant, self.others).poles] if self.others else []
+        poles += [closed_loop(self.plant, self.closed).poles] if self.closed else []
         found = np.concatenate([pole[np.abs(pole) > 0] for pole in poles])
         found = found[found.imag >= 0]
         sizes = np.abs(found) / (2 * np.pi)
@@ -76,7 +85,7 @@ class OpenAxis:
 
     def _responses(self, frequencies: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         s = laplace(frequencies)
-        return (s, *self.plant.axis_responses(s, self.motor, self.others))
+        return (s, *self.plant.axis_responses(s, self.motor, self.closed))
 
 
 @dataclass(frozen=True)
@@ -90,7 +99,7 @@ class AxisLoops:
     def around(cls, plant: Plant, cascade: Cascade, others: Sequence[Cascade]) -> AxisLoops:
         """Return the loops of a drive of a plant with other loops closed."""
         fastest = min((one.time for one in cascade.path if one.time), default=0.0)
-        return cls(OpenAxis(plant, cascade.motor, tuple(others), fastest), cascade)
+        return cls(OpenAxis(plant, cascade.motor, tuple(others), fastest, cascade.idle), cascade)
 
     @property
     def plant(self) -> Plant:
@@ -220,13 +229,19 @@ def _slopes_of_terms(loops: AxisLoops, key: str, frequency: float) -> dict[str, 
         if key == "Kp"
         else (-C * G_p * C * s / inner**2, C / inner, C * G_p / inner**2)
     )
-    axis, linear = loops.axis, loops.plant.linear
-    of_v = response_slopes(loops.plant, s, loops.others, axis.velocity, axis.velocity)
+    axis, linear, closed = loops.axis, loops.plant.linear, loops.open.closed
+    of_v = response_slopes(loops.plant, s, closed, axis.velocity, axis.velocity)
     same = axis.position is axis.velocity
-    of_p = of_v if same or not by_G_p else response_slopes(loops.plant, s, loops.others, axis.position, axis.velocity)
+    of_p = of_v if same or not by_G_p else response_slopes(loops.plant, s, closed, axis.position, axis.velocity)
     values, mechanical = linear.motion.parameters, mechanical_names(loops.plant)
     found = {name: values[name] * (by_G_v * of_v[name] + by_G_p * of_p[name]) for name in mechanical}
-    return found | {one.name: complex(by_path * one.slope(at)[0]) for one in loops.cascade.path}
+    for one in loops.cascade.path:
+        if isinstance(one, CurrentLoop):  # dG = - s dY G G_v
+            by_Y = -s * one.dragged(at)[0] * G_v * (by_G_v * G_v + by_G_p * G_p)
+            found |= {name: complex(by_path * H[0] + by_Y * Y[0]) for name, (H, Y) in one.slopes(at).items()}
+        else:
+            found[one.name] = complex(by_path * one.slope(at)[0])
+    return found
 
 
 def mechanical_names(plant: Plant) -> list[str]:

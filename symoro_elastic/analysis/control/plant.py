@@ -1,9 +1,10 @@
 """A linearized machine as its drives meet it: responses of positions and velocities to motor torques, and their slopes.
 
-    Z(s) = s^2 M + s D + K + sum_j v_j^T C_j(s) (Kv_j p_j + s v_j)
+    Z(s) = s^2 M + s D + K + sum_j v_j^T C_j(s) (Kv_j p_j + s v_j) + sum_j s Y_j(s) v_j^T v_j
 
 v_j is the row of the velocity of motor j (its torque acts along v_j^T), p_j that of the position that its drive
-controls, over what it changes with the motor; the sum is over the loops that are closed.
+controls, over what it changes with the motor; the sums are over the loops that are closed. Y_j is what the back-EMF
+does to the torque behind a current controller.
 """
 
 from __future__ import annotations
@@ -70,6 +71,9 @@ class Plant:
             axis = self.axes[one.motor]
             seen = one.Kv * axis.position + s[:, None] * axis.velocity
             Z = Z + one.controller(s)[:, None, None] * axis.velocity[:, None] * seen[:, None, :]
+            if one.current:
+                braked = s * one.current.dragged(s)
+                Z = Z + braked[:, None, None] * np.outer(axis.velocity, axis.velocity)
         return Z
 
     def moved(self, s: ComplexArray, closed: Sequence[Cascade], forces: Array) -> ComplexArray:

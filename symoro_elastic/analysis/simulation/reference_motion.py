@@ -339,17 +339,20 @@ def _gains(motion: EquationsOfMotion, prescribed: PrescribedMotion, start: State
 
 def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedMotion) -> Iterator[Cascade]:
     """Yield the drives of all motors; raises `InputError` for motors without one, and for gains that are not known."""
-    known = drives_of(machine).by_motor
+    known, joints = drives_of(machine).by_motor, {joint.name: joint for joint in machine.joints}
     for name in motion.motor_names:
         if name not in known:
             raise prescribed.error("drives", f"{name} has none: give one to all motors below [drives]")
-        one = cascade_of(name, known[name], motion.parameters, machine.label)
+        one = cascade_of(joints[name], known[name], motion.parameters, machine.label)
         if one.sought:
             what = f'{name}: {", ".join(one.sought)} "tuned" is not known yet: find it by control --save'
             raise machine.error("drives", what)
         if known[name].period is None and (one.set_point or one.torque_limit < np.inf):
             key = "set_point" if one.set_point else "limits"
             raise machine.error(f"drives, {name}, {key}", "is simulated of drives with a period: give one, as 1e-3")
+        if known[name].current_limit or known[name].voltage_limit:
+            what = "limits of current and voltage are not simulated yet: leave them out"
+            raise machine.error(f"drives, {name}, limits", what)
         yield one
 
 

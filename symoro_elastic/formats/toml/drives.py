@@ -14,6 +14,7 @@ from symoro_elastic.machine.drives import (
     ONE,
     TUNED,
     Average,
+    CurrentControl,
     Drive,
     Drives,
     Filter,
@@ -22,6 +23,7 @@ from symoro_elastic.machine.drives import (
     Notch,
     SetPointFilter,
     gain_unit,
+    why_no_current_loop,
     why_wrong,
 )
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
@@ -38,9 +40,18 @@ def _gain(table: Table, key: str) -> Gain:
 
 
 GAIN = Type(f'number, formula, or "{TUNED}"', {"anyOf": [{"const": str(TUNED)}, reference_to("formula")]}, _gain)
-CURRENT = Section("current of [drives]", "Current loop.", (
+LAG, CURRENT_KP, CURRENT_TI, COMPENSATION = (
     Key("lag", FORMULA, "time constant of torque behind its set point", "2e-4", default=ZERO, otherwise="0", unit="s"),
-))  # fmt: skip
+    Key("kp", FORMULA, "gain of the current controller, of a motor with a winding", "6", otherwise="lag", unit="V/A"),
+    Key("ti", FORMULA, "integral time of the current controller", "2e-3", otherwise="with kp", unit="s"),
+    Key("compensation", FORMULA, "share of the back-EMF that is compensated", "0.8", default=ZERO, otherwise="0"),
+)
+CURRENT = Section(
+    "current of [drives]",
+    "Current loop: a lag; or a controller kp (1 + 1/(ti s)) of the current of a motor whose resistance, inductance and "
+    "torque_constant stand in [motors], whose back-EMF acts on it.",
+    (LAG, CURRENT_KP, CURRENT_TI, COMPENSATION),
+)
 FEED_FORWARD = Section(
     "feed_forward of [drives]",
     "Shares of the set point's rates that are fed forward.",
@@ -74,8 +85,15 @@ TORQUE, WINDUP = (
     Key("torque", FORMULA, "largest torque of the motor, on both sides", "15", otherwise="none", unit="N m or N"),
     Key("windup", FORMULA, "time in which the integral part gives way at the limit", "0.01", otherwise="Tn", unit="s"),
 )
+CURRENT_LIMIT, VOLTAGE_LIMIT = (
+    Key("current", FORMULA, "largest current, of a current loop with kp and ti", "40", otherwise="none", unit="A"),
+    Key("voltage", FORMULA, "largest voltage, of a current loop with kp and ti", "48", otherwise="none", unit="V"),
+)
 LIMITS = Section(
-    "limits of [drives]", "Limit of the torque, where the integral part stops by back-calculation.", (TORQUE, WINDUP)
+    "limits of [drives]",
+    "Limit of the torque, where the integral part stops by back-calculation; limits of current and voltage, which "
+    "linear figures leave out and simulations refuse.",
+    (TORQUE, WINDUP, CURRENT_LIMIT, VOLTAGE_LIMIT),
 )
 AVERAGE = Key(
     "average", FORMULA, "time of a moving average, of sampled controllers", "2e-3", otherwise="none", unit="s"
@@ -134,13 +152,18 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
         raise InputError(table.source, f"{HEADING}, {name}", f"{name} has no motor; motors are {known}")
     entry = table.table(name).only(DRIVES.names)
     gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}
-    current, fed = CURRENT.within(entry.table("current")), FEED_FORWARD.within(entry.table("feed_forward"))
+    lag, current = _current(entry)
+    fed = FEED_FORWARD.within(entry.table("feed_forward"))
     limit, windup = _limits(entry, joints[name])
+    of_limits = entry.table("limits")
+    electric = [
+        key.read(of_limits) if key.name in of_limits.entries else None for key in (CURRENT_LIMIT, VOLTAGE_LIMIT)
+    ]
     drive = Drive(
         Kv=gains["Kv"].read(entry),
         Kp=gains["Kp"].read(entry),
         Tn=gains["Tn"].read(entry) if "Tn" in entry.entries else None,
-        lag=current["lag"],
+        lag=lag,
         velocity_forward=fed["velocity"],
         acceleration_forward=fed["acceleration"],
         filters=tuple(_filters(entry)),
@@ -150,9 +173,27 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
         torque_limit=limit,
         windup=windup,
         set_point=_set_point(entry) if "set_point" in entry.entries else None,
+        current=current,
+        current_limit=electric[0],
+        voltage_limit=electric[1],
     )
+    if wrong := why_no_current_loop(drive, joints[name]):
+        raise entry.fail(*wrong.split(": ", 1))
     _refuse_wrong(drive, entry, machine)
     return drive
+
+
+def _current(entry: Table) -> tuple[Formula, CurrentControl | None]:
+    """The lag of a current loop, or its controller."""
+    of = entry.table("current").only(CURRENT.names)
+    if not {CURRENT_KP.name, CURRENT_TI.name, COMPENSATION.name} & of.entries.keys():
+        return LAG.read(of), None
+    if LAG.name in of.entries:
+        raise of.fail(LAG.name, "stands beside kp and ti: give a lag, or kp and ti")
+    missing = [key.name for key in (CURRENT_KP, CURRENT_TI) if key.name not in of.entries]
+    if missing:
+        raise of.fail(", ".join(missing), "is missing: a current controller has kp and ti, as 6 and 2e-3")
+    return ZERO, CurrentControl(CURRENT_KP.read(of), CURRENT_TI.read(of), COMPENSATION.read(of))
 
 
 def _limits(entry: Table, joint: Joint) -> tuple[Formula | None, Formula | None]:
@@ -228,11 +269,15 @@ def entries_of_drive(drive: Drive) -> dict[str, Any]:
     found: dict[str, Any] = {"Kv": drive.Kv, "Kp": drive.Kp}
     found |= {"Tn": drive.Tn} if drive.Tn is not None else {}
     found |= {"current": {"lag": drive.lag}} if drive.lag != ZERO else {}
+    if one := drive.current:
+        shared = {"compensation": one.compensation} if one.compensation != ZERO else {}
+        found |= {"current": {"kp": one.kp, "ti": one.ti, **shared}}
     fed = (("velocity", drive.velocity_forward, ONE), ("acceleration", drive.acceleration_forward, ZERO))
     shares = {key: x for key, x, usual in fed if x != usual}
     found |= {"feed_forward": shares} if shares else {}
     limits = (("torque", drive.torque_limit), ("windup", drive.windup))
-    limited = {key: x for key, x in limits if x is not None}
+    electric = (("current", drive.current_limit), ("voltage", drive.voltage_limit))
+    limited = {key: x for key, x in (*limits, *electric) if x is not None}
     found |= {"limits": limited} if limited else {}
     found |= {"filters": [_entries_of_filter(one) for one in drive.filters]} if drive.filters else {}
     found |= {"set_point": _entries_of_filter(drive.set_point)} if drive.set_point else {}

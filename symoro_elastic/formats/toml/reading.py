@@ -49,7 +49,7 @@ from symoro_elastic.formats.toml.scenes import scene_of
 from symoro_elastic.formats.toml.tables import Table, load
 from symoro_elastic.formats.toml.writing import BASE_PARAMETERS, GROUPED, write
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.columns import Column, Dimension, Values, with_columns
+from symoro_elastic.machine.columns import OF_ROTORS, Column, Values, with_columns
 from symoro_elastic.machine.described import DescribedMachine, Origin, Request
 from symoro_elastic.machine.format_names import TOML
 from symoro_elastic.machine.formula import Formula
@@ -171,7 +171,7 @@ def _reader(table: Table, section: str, sigma: int | None = None) -> Callable[[C
         if column.section != section:
             return values
         key = key_of(column)
-        if sigma is not None and column.dimension is not Dimension.ROTOR_INERTIA:
+        if sigma is not None and column.dimension not in OF_ROTORS:
             key = replace(key, unit=column.dimension.units[int(sigma == 1)])
         found = key.read(table)
         return found if column.parts else (found,)
