@@ -20,6 +20,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.drives import TUNED, Average, Drive, Drives, LowPass, Notch
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.joints import Joint, Kind
 from symoro_elastic.machine.machine import Parameter
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.traced import trace_models
@@ -71,7 +72,7 @@ def linear(**changes: Any) -> Drive:
 @pytest.mark.parametrize("one", [linear(), linear(Tn=None), PLAIN])
 def test_its_linear_map_is_that_of_control(one: Drive) -> None:
     """Markov parameters from velocity and position to torque: those of backward Euler and Tustin by matrices."""
-    code, cascade = Code(controlled(motor=one)), cascade_of("motor", one, {}, "file")
+    code, cascade = Code(controlled(motor=one)), cascade_of(Joint("motor", 0, Kind.MOTOR, 0, "q1"), one, {}, "file")
     law = VelocityLaw.of(cascade, PERIOD, "file")
     expected = impulse(law.A, law.B, law.C, law.D, 60)
     size = np.abs(expected).max()
@@ -82,7 +83,7 @@ def test_its_linear_map_is_that_of_control(one: Drive) -> None:
 def test_set_points_pass_their_filter_and_feed_forward_the_filters_of_the_torque() -> None:
     """F, then kfv and kfa, by systems in states of their own."""
     one = linear()
-    code, cascade = Code(controlled(motor=one)), cascade_of("motor", one, {}, "file")
+    code, cascade = Code(controlled(motor=one)), cascade_of(Joint("motor", 0, Kind.MOTOR, 0, "q1"), one, {}, "file")
     law = VelocityLaw.of(cascade, PERIOD, "file")
     assert isinstance(cascade.set_point, Biquad)
     before = by_tustin(biquad_system(cascade.set_point), cascade.set_point.w, PERIOD)

@@ -21,6 +21,7 @@ from symoro_elastic.analysis.control.cascade import (
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import TUNED, Average, Drive, LowPass, Notch
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.joints import Joint, Kind
 
 ELEMENTS: tuple[Element, ...] = (
     *(DeadTime("dead time", 2e-4), Hold("period", 1.25e-4), FirstOrder("lag", 3e-4)),
@@ -72,7 +73,7 @@ def test_numbers_of_a_file() -> None:
     drive = Drive(
         f("K"), TUNED, f("0.02"), f("2e-4"), period=f("1e-4"), filters=(Notch(f("9"), f("0"), f("1")), LowPass(f("50")))
     )
-    found = cascade_of("m", drive, {"K": 30.0}, "file")
+    found = cascade_of(Joint("m", 0, Kind.MOTOR, 0, "q1"), drive, {"K": 30.0}, "file")
     assert (found.Kv, found.Tn, found.sought) == (30.0, 0.02, ("Kp",)) and np.isnan(found.Kp)
     names = ["dead time", "period", "lag of the current loop", "notch at 9 Hz", "low-pass filter at 50 Hz"]
     assert [one.name for one in found.path] == names
@@ -81,7 +82,7 @@ def test_numbers_of_a_file() -> None:
 
 def test_values_of_parameters_that_no_drive_has_are_refused() -> None:
     with pytest.raises(InputError, match=r"file: drives, m, Kv: -3 is not above zero"):
-        cascade_of("m", Drive(Formula.parse("K"), TUNED), {"K": -3.0}, "file")
+        cascade_of(Joint("m", 0, Kind.MOTOR, 0, "q1"), Drive(Formula.parse("K"), TUNED), {"K": -3.0}, "file")
 
 
 def test_the_set_point_is_followed_at_once_by_its_velocity() -> None:
@@ -96,18 +97,21 @@ def test_the_set_point_is_followed_at_once_by_its_velocity() -> None:
 def test_filters_of_the_set_point_are_in_what_is_followed(one: LowPass, poles: list[float]) -> None:
     """1/polynomial of s/w; behind by its first derivative at rest."""
     f, s = Formula.parse, laplace(np.array([3.0, 50.0]))
-    filtered = cascade_of("m", Drive(f(30), f(5), set_point=one), {}, "file")
+    filtered = cascade_of(Joint("m", 0, Kind.MOTOR, 0, "q1"), Drive(f(30), f(5), set_point=one), {}, "file")
     expected = 1 / np.polyval(poles if len(poles) > 1 else [1, 1], s / (2 * np.pi * 40))
-    assert np.allclose(filtered.forward(s), expected * cascade_of("m", Drive(f(30), f(5)), {}, "file").forward(s))
+    assert np.allclose(
+        filtered.forward(s),
+        expected * cascade_of(Joint("m", 0, Kind.MOTOR, 0, "q1"), Drive(f(30), f(5)), {}, "file").forward(s),
+    )
     assert filtered.set_point_delay == pytest.approx((2**0.5 if one.order == 2 else 1) / (2 * np.pi * 40))
 
 
 def test_a_moving_average_is_a_mean_of_whole_periods() -> None:
     f, s = Formula.parse, laplace(np.array([3.0, 50.0]))
     drive = Drive(f(30), f(5), period=f(1e-3), set_point=Average(f("4e-3")))
-    found = cascade_of("m", drive, {}, "file").set_point
+    found = cascade_of(Joint("m", 0, Kind.MOTOR, 0, "q1"), drive, {}, "file").set_point
     assert found is not None and found.time == pytest.approx(1.5e-3)
     assert np.allclose(found.at(s), (1 - np.exp(-4e-3 * s)) / (1 - np.exp(-1e-3 * s)) / 4)
     wrong = replace(drive, set_point=Average(f("2.6e-3")))
     with pytest.raises(InputError, match=r"m, set_point, average: 0.0026 s is no whole number .* give 0.003"):
-        cascade_of("m", wrong, {}, "file")
+        cascade_of(Joint("m", 0, Kind.MOTOR, 0, "q1"), wrong, {}, "file")
