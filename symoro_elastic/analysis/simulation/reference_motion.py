@@ -347,9 +347,6 @@ def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedM
         if one.sought:
             what = f'{name}: {", ".join(one.sought)} "tuned" is not known yet: find it by control --save'
             raise machine.error("drives", what)
-        if known[name].period is None and (one.set_point or one.torque_limit < np.inf):
-            key = "set_point" if one.set_point else "limits"
-            raise machine.error(f"drives, {name}, {key}", "is simulated of drives with a period: give one, as 1e-3")
         if known[name].current_limit or known[name].voltage_limit:
             what = "limits of current and voltage are not simulated yet: leave them out"
             raise machine.error(f"drives, {name}, limits", what)

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import CURRENT, Cascade, DeadTime, FirstOrder
-from symoro_elastic.analysis.control.closed_loop import DriveSystem
 from symoro_elastic.analysis.control.sampled import period_of
-from symoro_elastic.analysis.simulation.driven import DrivenMotion, Known
+from symoro_elastic.analysis.simulation.drive_torques import INPUTS, TAU, DriveLaw, current_loop
+from symoro_elastic.analysis.simulation.driven import DrivenMotion
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -79,23 +79,15 @@ class SampledMotion(DrivenMotion):
         self._states: Array = code.control_start(y, yd, ydd, reference.start.torques)
         self.held = Held([-np.inf], [reference.start.torques.copy()])
 
-    def systems(self) -> list[DriveSystem]:
+    def laws(self) -> list[DriveLaw]:
         """Return the current loops, which are all that is between samples."""
-        return [_current_loop(one, lag) for one, lag in zip(self.reference.drives, self.lags, strict=True)]
+        return [current_loop(one, lag) for one, lag in zip(self.reference.drives, self.lags, strict=True)]
 
     def begun(self) -> Self:
         """Return the motion from its start, with a record of its own."""
         other = copy.copy(self)
         other.held = Held([-np.inf], [self.reference.start.torques.copy()])
         return other
-
-    @property
-    def start(self) -> Array:
-        """y at the start: current loops give what holds the machine."""
-        y = super().start
-        for part, tau in zip(self.parts, self.reference.start.torques, strict=True):
-            y[part] = tau
-        return y
 
     @property
     def intervals(self) -> Iterator[tuple[float, float]]:
@@ -142,30 +134,12 @@ class SampledMotion(DrivenMotion):
         u, zc_next = self._control(*read)
         return Sample(t, *read, u, zc_next)
 
-    def _known(self, motion: Motion) -> Known:
-        """Between samples nothing is known but the time."""
-        nothing = np.zeros((len(motion.t), 0))
-        return Known(motion.t, nothing, nothing, nothing, nothing)
-
-    def _rates(self, known: Known, y: Array) -> list[Array]:
-        (held,) = self.held.at(known.t)
-        return [(u - y[part]) / lag for u, part, lag in zip(held, self.parts, self.lags, strict=True)]
-
-    def _torques(self, known: Known, y: Array) -> Array:
-        found = self.held.at(known.t)
-        for k, part in enumerate(self.parts):
-            if self.lags[k]:
-                found[:, k] = y[:, part.start]
+    def inputs(self, motion: Motion) -> Array:
+        """Return the inputs (N, m, 6) of current loops: nothing but the torques that are held counts."""
+        held = self.held.at(motion.t)
+        found = np.zeros((*held.shape, len(INPUTS)))
+        found[..., TAU] = held
         return found
-
-
-def _current_loop(one: Cascade, lag: float) -> DriveSystem:
-    """Return z' = -z/lag with torque z; without states where there is no lag."""
-    n = int(lag > 0)
-    nothing = np.zeros(n)
-    A = np.full((n, n), -1 / lag if lag else 0.0)
-    zeros = (nothing,) * 4
-    return DriveSystem(A, np.ones(n), *zeros, (0.0, 0.0), (0.0, 0.0, 0.0), np.full(n, one.Kp))
 
 
 def _lag(one: Cascade) -> float:

@@ -126,10 +126,10 @@ def test_derivatives_are_those_of_the_right_side(tmp_path: Path) -> None:
     ("machine", "motion", "options", "what"),
     [
         (drive(period=1e-3), {}, {}, "motion, drives: drives with a period, limits, a filter"),
+        (drive(limits={"torque": 3}), {}, {}, "adapted: simulate with adaptive"),
+        (drive(set_point={"lowpass": 9}), {}, {}, "adapted: simulate with adaptive"),
         (drive(Kp="tuned"), {}, {"adaptive": True}, 'motor: Kp "tuned" is not known yet: find it by control --save'),
         (drive() | {"drives": {}}, {}, {"adaptive": True}, "motor has none: give one to all motors below [drives]"),
-        (drive(limits={"torque": 3}), {}, {"adaptive": True}, "motor, limits: is simulated of drives with a period"),
-        (drive(set_point={"lowpass": 9}), {}, {"adaptive": True}, "motor, set_point: is simulated of drives with a"),
         (drive(), {"servo": {"motor": {"kp": 1, "kd": 1}}}, {"adaptive": True}, "motors have drives or servos"),
     ],
 )
@@ -150,3 +150,92 @@ def test_even_steps_are_the_adapted_ones(changes: dict[str, Any]) -> None:
     assert np.abs(even.motion.q[-1] - adapted.motion.q[-1]).max() < 3e-7
     assert np.abs(even.motion.tau[0] - adapted.motion.tau[0]).max() < 1e-9
     assert np.abs(even.motion.tau[-1] - adapted.motion.tau[-1]).max() < 1e-4
+
+
+LIMITED = {"limits": {"torque": 3.0, "windup": 0.008}, "set_point": {"lowpass": 60, "order": 2}}
+FILTERED = {"filters": [{"notch": 35, "depth": 0.1, "width": 0.6}], "feed_forward": {"acceleration": 0.05}}
+
+
+def by_hand(given: dict[str, Any], reference: Any, t: np.ndarray) -> np.ndarray:
+    """q (N, 2) of `drive` with a limit, a filter of the set point, at most a notch, and a lag; by Radau.
+
+    The filter of the set point is of r, rd and rdd each, as that of controllers.
+    """
+    Kv, Kp, Tn, lag, acceleration = 20, 2.5, 0.02, 4e-4, given.get("feed_forward", {}).get("acceleration", 0)
+    limit, Tt = given["limits"]["torque"], given["limits"].get("windup", Tn)
+    w, order = 2 * np.pi * given["set_point"]["lowpass"], given["set_point"].get("order", 1)
+    M, wn = np.array([[0.07, 0.05], [0.05, 0.05]]), 2 * np.pi * 35
+
+    def rate(time: float, x: np.ndarray) -> np.ndarray:
+        (q, v), (xi, tau, p, pd), F = (x[:2], x[2:4]), x[4:8], x[8:].reshape(3, 2)
+        set_points = np.array([row[0] for row in reference.at(np.array([time]))])
+        if order == 1:
+            shaped = np.stack([w * (set_points[:, 0] - F[:, 0]), np.zeros(3)], axis=1)
+        else:
+            shaped = np.stack([F[:, 1], w * w * (set_points[:, 0] - F[:, 0]) - 2**0.5 * w * F[:, 1]], axis=1)
+        e = Kv * (F[0, 0] - q[0]) + F[1, 0] - v[0]
+        u = Kp * (e + xi / Tn) + acceleration * F[2, 0]
+        pdd = u - 2 * 0.6 * wn * pd - wn * wn * p
+        f = pdd + 2 * 0.1 * wn * pd + wn * wn * p if "filters" in given else u
+        held = min(limit, max(-limit, f))
+        qdd = np.linalg.solve(M, [tau, -1000 * q[1] - 0.1 * v[1]])
+        own = [e + (held - f) * Tn / (Kp * Tt), (held - tau) / lag, pd, pdd]
+        return np.concatenate([v, qdd, own, shaped.ravel()])
+
+    options = {"rtol": 1e-10, "atol": 1e-12, "max_step": 2e-4}
+    return np.asarray(scipy_integrate.solve_ivp(rate, (0, t[-1]), np.zeros(14), "Radau", t, **options).y[:2].T)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("changes", [LIMITED, LIMITED | FILTERED, LIMITED | {"set_point": {"lowpass": 60}}])
+def test_limits_and_filters_of_set_points_are_those_of_equations_by_hand(changes: dict[str, Any]) -> None:
+    motion = {"duration": 0.06, "moves": [{"motor": "motor", "by": 0.1, "in": 0.03}], "forces": []}
+    wanted = {"wanted": {"tolerance": {"arm.q": 1e-9, "motor.q": 1e-9}}}
+    (found,) = se.simulate(drive(dead_time=0, **changes), scene(**motion) | wanted, adaptive=True)
+    some = slice(None, None, 20)
+    expected = by_hand(changes, found.reference, found.motion.t[some])
+    assert np.abs(found.motion.tau).max() > 2.9
+    assert np.abs(found.motion.q[some] - expected).max() < 1e-8
+
+
+@pytest.mark.thorough
+def test_back_calculation_overshoots_less_than_an_integral_that_winds_up() -> None:
+    """A move three times as fast as the limit allows; a long `windup` is next to none."""
+    motion = {"duration": 0.4, "moves": [{"motor": "motor", "by": 1.0, "in": 0.08}], "forces": []}
+    wanted = {"wanted": {"tolerance": {"arm.q": 1e-5, "motor.q": 1e-5}}}
+    overshoot = []
+    for windup in (0.02, 1e3):
+        limits = {"torque": 4.0, "windup": windup}
+        (found,) = se.simulate(drive(limits=limits), scene(**motion) | wanted, adaptive=True)
+        overshoot.append(found.motion.q[:, 0].max() - 1)
+    assert 0 <= overshoot[0] < overshoot[1] / 2
+
+
+@pytest.mark.thorough
+def test_a_limit_that_is_not_reached_changes_nothing() -> None:
+    filters = {"filters": [{"notch": 35, "depth": 0.1, "width": 0.6}]}
+    (free,) = se.simulate(drive(**filters), scene(), adaptive=True)
+    (limited,) = se.simulate(drive(limits={"torque": 1e3}, **filters), scene(), adaptive=True)
+    assert np.abs(limited.motion.q[-1] - free.motion.q[-1]).max() < 1e-7
+
+
+def test_slopes_of_a_limited_law_are_those_of_its_rates() -> None:
+    from symoro_elastic.analysis.control.cascade import Biquad, Cascade, DeadTime, FirstOrder
+    from symoro_elastic.analysis.simulation.drive_torques import law_of
+
+    path = (DeadTime("dead time", 3e-4), Biquad("notch", 40.0, 0.1, 0.5))
+    for shaped in (FirstOrder("low-pass", 5e-3), Biquad("low-pass", 60.0, 0.0, 0.7, low=True), None):
+        law = law_of(Cascade("m", 20.0, 2.5, 0.02, path, 0.9, 0.1, set_point=shaped, torque_limit=3.0, windup=0.01))
+        for size in (1e-3, 1.0):  # within the limit, and beyond
+            n, rng = len(law.A), np.random.default_rng(4)
+            z, u = size * rng.normal(size=n), size * rng.normal(size=6)
+            A, B, C, D = law.slopes(z, u)
+            h = 1e-4 * size
+            for slope, torque, dz, du in (
+                *((A[:, k], C[k], h * np.eye(n)[k], np.zeros(6)) for k in range(n)),
+                *((B[:, k], D[k], np.zeros(n), h * np.eye(6)[k]) for k in range(6)),
+            ):
+                change = (law.rates(z + dz, u + du) - law.rates(z - dz, u - du)) / (2 * h)
+                assert np.allclose(slope, change, rtol=1e-6, atol=1e-5 * np.abs(slope).max() + 1e-4)
+                change = (law.torques(z + dz, u + du) - law.torques(z - dz, u - du)) / (2 * h)
+                assert np.allclose(torque, change, rtol=1e-6, atol=1e-5)
