@@ -14,7 +14,7 @@ from symoro_elastic.api.declaration import Option, Options, option, options
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.output import print_written
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.file_forms import PAGES, form_of
+from symoro_elastic.foundation.file_forms import PAGES, PICTURE_FORMATS, form_of
 
 if TYPE_CHECKING:
     from symoro_elastic.foundation.pictures import Figures
@@ -260,18 +260,16 @@ def _paths(kind: type[K]) -> Iterator[tuple[str, str, K]]:
             yield from ((place, path, parameter.type) for path in ([given] if isinstance(given, str) else given))
 
 
-def _picture_formats() -> Iterable[str]:
-    from symoro_elastic.foundation.pictures import PICTURE_FORMATS
-
-    return PICTURE_FORMATS
-
-
 class Plots(Options):
     """The folder that plots are drawn into, None without plots, and the format of their files."""
 
     plots: str | None = option(None, "FOLDER", "Draw plots into this folder.", kinds.OUTPUT_FOLDER)
     plot_format: str | None = option(
-        None, "NAME", "Format of the plots: {names} (default: png).", names=_picture_formats, formerly=("--picture",)
+        None,
+        "NAME",
+        "Format of the plots: {names} (default: png).",
+        names=lambda: PICTURE_FORMATS,
+        formerly=("--picture",),
     )
 
     def __post_init__(self) -> None:

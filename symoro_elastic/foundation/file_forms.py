@@ -13,6 +13,8 @@ LINEARIZATIONS = (".npz", ".mat", ".m")
 RESPONSES = (".csv", ".npz", ".mat")
 SWEEPS = (".csv", ".nc", ".npz")
 PICTURES = (".svg", ".png", ".pdf")
+PICTURE_FORMATS = ("png", "svg", "pdf")
+"""Of plots, the usual one first."""
 PAGES = (".html", ".htm")
 EQUATIONS = {".tex": "latex", ".html": "html", ".htm": "html", ".pdf": "pdf"}
 SCENES, MARKDOWN, SCHEMAS = (".toml",), (".md",), (".json",)

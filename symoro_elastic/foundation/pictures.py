@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import PICTURE_FORMATS
 from symoro_elastic.foundation.output_files import write_all
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.foundation.plot_style import CURVES, DARK, DRAWN_ON, LIGHT, Shades, lines_of, on_both_papers, style
 
-PICTURE_FORMATS = ("png", "svg", "pdf")
 GLYPHS = "Glyph .* missing from"
 """Of the warning about letters that the font lacks, which are drawn as boxes."""
 

@@ -20,10 +20,10 @@ from operator import attrgetter
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from symoro_elastic.foundation.packages import import_optional
-from symoro_elastic.foundation.pictures import Figures, Plot
 
 if TYPE_CHECKING:
     from symoro_elastic.foundation.array_types import AnyArray
+    from symoro_elastic.foundation.pictures import Figures, Plot
 
 TABLE = '<table style="border-collapse:collapse;margin:0.5em 0">'
 NUMBER = re.compile(r"[-+]?\d+((?:\.\d+)?(?:e[-+]?\d+)?)(?: ?%)?")
@@ -231,6 +231,8 @@ class Result(Shown):
 
     def plots(self) -> Figures:
         """Return all figures by name, which a notebook shows and `save` writes."""
+        from symoro_elastic.foundation.pictures import Figures
+
         _load(type(self), "plots")
         found = figures_of(self)
         return Figures(found) if found else self._refuse("plots")

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
-from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import Drives, within_motors
 from symoro_elastic.machine.limits import Limits, within_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
 from symoro_elastic.machine.scene import Scene
+
+if TYPE_CHECKING:
+    from symoro_elastic.foundation.array_types import Array
 
 AnyMachine = TypeVar("AnyMachine", bound=Machine)
 """A machine, or one with its description, which is kept."""

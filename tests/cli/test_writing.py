@@ -17,9 +17,9 @@ import pytest
 from symoro_elastic import cli
 from symoro_elastic.cli.options import InputFile, Output, OutputFile, OutputMachine, OutputPage
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import PICTURE_FORMATS
 from symoro_elastic.foundation.output_files import STAGING, permission, write_all, write_file
 from symoro_elastic.foundation.output_folder import MANIFEST, write_files
-from symoro_elastic.foundation.pictures import PICTURE_FORMATS
 from tests.command_line import EXAMPLES, refused, run
 
 TWO_R, TWO_AXIS = EXAMPLES / "planar_2r.toml", EXAMPLES / "two_axis.toml"

@@ -169,11 +169,13 @@ def inputs_of(reference: Reference, motion: Motion, controlled: Array, xd: Array
 
 def states_of_drives(reference: Reference) -> Array:
     """Return the states of all drives, in order, in which they have given the torques at the start for long."""
+    if not reference.drives:
+        return np.zeros(0)
     first = np.zeros((1, len(reference.drives)))
     r, rd, _ = reference.at(np.zeros(1))
     tau = reference.start.torques[: len(reference.drives)][None]
     (u,) = np.stack([r, rd, first, first, first, tau], axis=-1)
-    return np.concatenate([np.zeros(0), *(law_of(one).rest @ x for one, x in zip(reference.drives, u, strict=True))])
+    return np.concatenate([law_of(one).rest @ x for one, x in zip(reference.drives, u, strict=True)])
 
 
 def torques_of_drives(reference: Reference, motion: Motion, z: Array) -> Array:
