@@ -187,7 +187,7 @@ def by_hand(given: dict[str, Any], reference: Any, t: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("changes", [LIMITED, LIMITED | FILTERED, LIMITED | {"set_point": {"lowpass": 60}}])
+@pytest.mark.parametrize("changes", [LIMITED, LIMITED | FILTERED | {"set_point": {"lowpass": 60}}])
 def test_limits_and_filters_of_set_points_are_those_of_equations_by_hand(changes: dict[str, Any]) -> None:
     motion = {"duration": 0.06, "moves": [{"motor": "motor", "by": 0.1, "in": 0.03}], "forces": []}
     wanted = {"wanted": {"tolerance": {"arm.q": 1e-9, "motor.q": 1e-9}}}
@@ -202,7 +202,7 @@ def test_limits_and_filters_of_set_points_are_those_of_equations_by_hand(changes
 def test_back_calculation_overshoots_less_than_an_integral_that_winds_up() -> None:
     """A move three times as fast as the limit allows; a long `windup` is next to none."""
     motion = {"duration": 0.4, "moves": [{"motor": "motor", "by": 1.0, "in": 0.08}], "forces": []}
-    wanted = {"wanted": {"tolerance": {"arm.q": 1e-5, "motor.q": 1e-5}}}
+    wanted = {"wanted": {"tolerance": {"arm.q": 1e-3, "motor.q": 1e-3}}}
     overshoot = []
     for windup in (0.02, 1e3):
         limits = {"torque": 4.0, "windup": windup}
@@ -214,8 +214,8 @@ def test_back_calculation_overshoots_less_than_an_integral_that_winds_up() -> No
 @pytest.mark.thorough
 def test_a_limit_that_is_not_reached_changes_nothing() -> None:
     filters = {"filters": [{"notch": 35, "depth": 0.1, "width": 0.6}]}
-    (free,) = se.simulate(drive(**filters), scene(), adaptive=True)
-    (limited,) = se.simulate(drive(limits={"torque": 1e3}, **filters), scene(), adaptive=True)
+    (free,) = se.simulate(drive(**filters), scene(**SHORT), adaptive=True)
+    (limited,) = se.simulate(drive(limits={"torque": 1e3}, **filters), scene(**SHORT), adaptive=True)
     assert np.abs(limited.motion.q[-1] - free.motion.q[-1]).max() < 1e-7
 
 
