@@ -13,10 +13,16 @@ from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 RESIDUAL = 1e-10  # of the largest force
 NEWTON_STEPS = 5
 MOST_STEPS = 200
+DIRECT_STEPS = 50  # Levenberg-Marquardt near an equilibrium takes fewer; on long soft chains it may creep for 1000
 POSITION_ROUNDING = 10 * float(np.finfo(float).eps)  # of a position, of order 1 rad or 1 m
 NUDGE = 0.01  # rad or m, off a place where the energy curves downwards
 FARTHEST_SLIDE = 10.0  # m, that a slide may be from where the search began
+LOST_SLIDE = 100 * FARTHEST_SLIDE  # m, from where no search comes back: the slide falls
 SHARE = 0.1  # of the largest unbalanced force, for a joint to be named
+
+
+class _LostError(Exception):
+    """A search in which a slide falls without end."""
 
 
 def balance(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int], placed: bool) -> Array:
@@ -27,14 +33,18 @@ def balance(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[in
     """
     motion.refuse_open(start)
     _refuse_unsupported(motion, start, tau, sought)
-    q = _newton(motion, start, tau, sought)
+    q = _newton(motion, start, tau, sought, None if placed else DIRECT_STEPS)
     is_balanced = _unbalanced(motion, q, tau, sought) is None
     if is_balanced and (placed or _is_stable(motion, q, sought)):
         _refuse_far(motion, q, start)
         return q
-    settled = _newton(motion, _energy_minimum(motion, start, tau, sought), tau, sought)
-    if _unbalanced(motion, settled, tau, sought) is None and not _far(motion, settled, start):
-        return settled
+    minimum = _energy_minimum(motion, start, tau, sought)
+    if minimum is not None:
+        settled = _newton(motion, minimum, tau, sought)
+        if _unbalanced(motion, settled, tau, sought) is None and not _far(motion, settled, start):
+            return settled
+    if not (is_balanced or placed):
+        q = _newton(motion, start, tau, sought)
     unbalanced = _unbalanced(motion, q, tau, sought)
     if unbalanced is not None:
         raise _unsupported(motion, unbalanced, sought, "none was found from here")
@@ -58,8 +68,11 @@ def _is_stable(motion: EquationsOfMotion, q: Array, sought: list[int]) -> bool:
     return bool(np.min(values, initial=0.0) >= -1e-12 * np.max(np.abs(values), initial=0.0))
 
 
-def _energy_minimum(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int]) -> Array:
-    """Return a minimum of potential energy less the work of torques, by Newton's method in a trust region."""
+def _energy_minimum(motion: EquationsOfMotion, start: Array, tau: Array, sought: list[int]) -> Array | None:
+    """Return a minimum of potential energy less the work of torques, by Newton's method in a trust region.
+
+    None where a slide falls without end.
+    """
     chosen = np.ix_(sought, sought)
     stiff = np.abs(np.diag(motion.forces_and_stiffness(start)[1]))[sought]
     scale = 1 / np.sqrt(np.maximum(stiff, 1e-6 * stiff.max() or 1.0))
@@ -78,15 +91,23 @@ def _energy_minimum(motion: EquationsOfMotion, start: Array, tau: Array, sought:
         stiffness = motion.forces_and_stiffness(place(y))[1][chosen]
         return np.outer(scale, scale) * (stiffness + stiffness.T) / 2
 
+    def refuse_lost(y: Array) -> None:
+        if _far(motion, place(y), start, LOST_SLIDE):
+            raise _LostError
+
     values, vectors = np.linalg.eigh(curvature(np.zeros(len(sought))))
     downhill = NUDGE * vectors[:, 0] / np.max(np.abs(scale * vectors[:, 0])) * (values[0] < 0)
-    minimum = for_vibrations("scipy.optimize").minimize(
-        energy, downhill, jac=True, hess=curvature, method="trust-exact", options={"maxiter": MOST_STEPS}
-    )
+    try:
+        minimum = for_vibrations("scipy.optimize").minimize(
+            energy, downhill, jac=True, hess=curvature, method="trust-exact", callback=refuse_lost,
+            options={"maxiter": MOST_STEPS},
+        )  # fmt: skip
+    except _LostError:
+        return None
     return place(minimum.x)
 
 
-def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) -> Array:
+def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int], most_steps: int | None = None) -> Array:
     """Return a root of r - tau: Levenberg-Marquardt, which allows singular directions, then Newton steps."""
     if not sought:
         return q
@@ -98,7 +119,8 @@ def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int]) 
         forces, stiffness = motion.forces_and_stiffness(trial)
         return (forces - tau)[sought], stiffness[chosen]
 
-    x = for_vibrations("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options={"xtol": 1e-12}).x
+    options = {"xtol": 1e-12, "maxiter": most_steps or 0}  # 0: 100 (n + 1)
+    x = for_vibrations("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options=options).x
     unbalanced, stiffness = balance(x)
     for _ in range(NEWTON_STEPS):
         better = x - np.linalg.lstsq(stiffness, unbalanced, rcond=None)[0]
@@ -150,8 +172,9 @@ def _refuse_far(motion: EquationsOfMotion, q: Array, start: Array) -> None:
         raise InputError(motion.source, "equilibrium", what)
 
 
-def _far(motion: EquationsOfMotion, q: Array, start: Array) -> list[int]:
-    return [k for k, joint in enumerate(motion.joints) if joint.sigma == 1 and abs(q[k] - start[k]) > FARTHEST_SLIDE]
+def _far(motion: EquationsOfMotion, q: Array, start: Array, limit: float = FARTHEST_SLIDE) -> list[int]:
+    """Return the slides that are farther than a limit from where the search began."""
+    return [k for k, joint in enumerate(motion.joints) if joint.sigma == 1 and abs(q[k] - start[k]) > limit]
 
 
 def _unsupported(motion: EquationsOfMotion, unbalanced: Array, sought: list[int], found: str) -> InputError:

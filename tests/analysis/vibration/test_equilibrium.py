@@ -13,7 +13,7 @@ from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.equilibrium import equilibrium, given_state
 from tests.analysis.vibration.machines import NO_WEIGHT, WEIGHT, machine_of, modes_of, slide, spring
 from tests.compiled_models import cell, vector
-from tests.references.random_machines import random_machine
+from tests.references.random_machines import chain, random_machine
 from tests.references.small_motions import as_floats, differences
 
 pytestmark = pytest.mark.sampled(4)
@@ -118,3 +118,33 @@ def test_a_load_on_a_slide_that_only_tilts() -> None:
 def test_a_machine_without_moving_joints() -> None:
     bolted = machine_of("bolted", Joint("plate", 0, Kind.FIXED, 2, body=Body(cell(2))))
     assert len(modes_of(bolted).eigenvalues) == 0
+
+
+@pytest.fixture
+def evaluated(monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
+    """Positions at which forces and stiffness were computed: what a search costs."""
+    positions: list[np.ndarray] = []
+    compute = EquationsOfMotion.forces_and_stiffness
+
+    def counted(motion: EquationsOfMotion, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        positions.append(q)
+        return compute(motion, q)
+
+    monkeypatch.setattr(EquationsOfMotion, "forces_and_stiffness", counted)
+    return positions
+
+
+@pytest.mark.thorough
+def test_a_long_soft_chain_takes_few_evaluations(evaluated: list[np.ndarray]) -> None:
+    motion = EquationsOfMotion(chain(60, elastic=tuple(range(2, 61, 2))))
+    state = equilibrium(motion)
+    assert len(evaluated) < 100
+    assert (stiffness(motion, state) > 0).all()
+
+
+@pytest.mark.thorough
+def test_a_slide_that_falls_is_given_up_early(evaluated: list[np.ndarray]) -> None:
+    machine = random_machine(3, joints=30, symbolic=True, friction=False, wrenches=False)
+    with pytest.raises(InputError, match=r"none was found from here: nothing supports joint2 .*, joint7"):
+        equilibrium(EquationsOfMotion(machine))
+    assert len(evaluated) < 200
