@@ -17,6 +17,9 @@ ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = "+", "-", "*", "/", "neg"
 SYMBOL, PI, COSPI = "symbol", "pi", "cospi"
 SIN, COS, SQRT, SIGN, ATAN2 = "sin", "cos", "sqrt", "sign", "atan2"
 
+ONE = 1
+"""The partial derivative of a term: its products, arrays among them, need not be formed."""
+
 Value: TypeAlias = Any
 """A number of any arithmetic: of Python, numpy, mpmath or flint, an array, a residue, a dual, an expression."""
 Functions: TypeAlias = Mapping[str, Callable[..., Value]]
@@ -32,7 +35,8 @@ class Partials(NamedTuple):
     def along(self, tangents: Sequence[Value]) -> Value:
         """The derivative along a direction, given that of each operand; the exact 0 stands for a constant operand."""
         pairs = zip(self.numerators, tangents, strict=True)
-        terms = [partial * tangent for partial, tangent in pairs if type(tangent) is not int or tangent]
+        moving = [(partial, tangent) for partial, tangent in pairs if type(tangent) is not int or tangent]
+        terms = [tangent if partial is ONE else partial * tangent for partial, tangent in moving]
         total = reduce(operator.add, terms) if terms else 0
         return total if self.denominator is None else total / self.denominator
 
@@ -67,14 +71,14 @@ def _arc_tangent(functions: Functions, z: Value, x: Sequence[Value]) -> Partials
 OPERATIONS: dict[str, Operation] = {
     row.name: row
     for row in (
-        Operation(ADD, 2, "add", lambda functions, z, x: Partials((1, 1))),
-        Operation(SUBTRACT, 2, "add", lambda functions, z, x: Partials((1, -1))),
+        Operation(ADD, 2, "add", lambda functions, z, x: Partials((ONE, ONE))),
+        Operation(SUBTRACT, 2, "add", lambda functions, z, x: Partials((ONE, -1))),
         Operation(NEGATE, 1, "", lambda functions, z, x: Partials((-1,))),
         Operation(MULTIPLY, 2, "mul", lambda functions, z, x: Partials((x[1], x[0]))),
-        Operation(DIVIDE, 2, "div", lambda functions, z, x: Partials((1, -z), x[1])),
+        Operation(DIVIDE, 2, "div", lambda functions, z, x: Partials((ONE, -z), x[1])),
         Operation(SIN, 1, "sincos", lambda functions, z, x: Partials((functions[COS](x[0]),))),
         Operation(COS, 1, "sincos", lambda functions, z, x: Partials((-functions[SIN](x[0]),))),
-        Operation(SQRT, 1, "", lambda functions, z, x: Partials((1,), 2 * z)),
+        Operation(SQRT, 1, "", lambda functions, z, x: Partials((ONE,), 2 * z)),
         Operation(ATAN2, 2, "", _arc_tangent),
         Operation(SIGN, 1),
         Operation(PI, 0),

@@ -140,3 +140,18 @@ def test_slopes_by_parameters_against_differences_in_50_digits() -> None:
                 np.testing.assert_allclose(
                     row, as_floats(exact[0]), rtol=0, atol=1e-12 * np.abs(as_floats(exact)).max()
                 )
+
+
+def test_sums_multiply_no_tangents() -> None:
+    class Unmultiplied(float):
+        """A tangent that fails where it is multiplied."""
+
+        def __mul__(self, other: object) -> float:
+            raise AssertionError(f"multiplied by {other}")
+
+        __rmul__ = __mul__
+
+    x, y = Dual(2.0, Unmultiplied(3.0)), Dual(5.0, Unmultiplied(7.0))
+    assert (x + y).tangent == 10.0
+    assert (x - 1).tangent == 3.0
+    assert (x / 2).tangent == 1.5
