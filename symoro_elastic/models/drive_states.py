@@ -109,11 +109,11 @@ def driven_motors(machine: Machine) -> Mapping[int, Drive]:
     """Return the drives of motors, by joint, with which time steps can be taken: none where one cannot.
 
     A gain that is left to tuning has no number, the position of a load is not the motor's own, and neither the samples
-    of a controller nor limits and filters of set points are in chains.
+    of a controller nor limits, filters of set points and controllers of currents are in chains.
     """
     named, drives = {machine.joint(j).name: j for j in machine.motors}, drives_of(machine).by_motor
     for one in drives.values():
-        others = (one.period, one.torque_limit, one.set_point)
+        others = (one.period, one.torque_limit, one.set_point, one.current)
         if TUNED in (one.Kv, one.Kp, one.Tn) or one.measured != MOTOR or any(x is not None for x in others):
             return {}
     return {j: drives[name] for name, j in named.items() if name in drives}

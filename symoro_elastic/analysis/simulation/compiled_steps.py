@@ -160,7 +160,10 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
 def refuse_sampled(reference: Reference) -> None:
     """Raise `InputError` for drives that generated steps do not have."""
     if reference.drives and not driven_motors(reference.machine):
-        what = "drives with a period, limits, a filter of the set point or a measured load need steps that are adapted"
+        what = (
+            "drives with a period, limits, a filter of the set point, kp and ti of the current or a measured load need "
+        )
+        what += "steps that are adapted"
         raise reference.prescribed.error("drives", f"{what}: simulate with --adaptive")
 
 

@@ -118,6 +118,8 @@ def law_of(one: Cascade) -> DriveLaw:
         tau_u = tau_u + one.Kp / one.Tn * of.through(_INTEGRAL, e + gives_way)
     f = of.through(ahead, tau_u)
     tau = of.through(behind, f + of.beyond if limited else f)
+    if current := one.current:  # its states are the last two; the back-EMF acts on that of the torque
+        of.rates[n - 2] -= current.drag / current.inductance * of.inputs[XD]
     rest = np.zeros((n, len(INPUTS)))
     if shaped is not None:
         rest[:before, [R, RD]] = _steady(shaped)

@@ -239,3 +239,40 @@ def test_slopes_of_a_limited_law_are_those_of_its_rates() -> None:
                 assert np.allclose(slope, change, rtol=1e-6, atol=1e-5 * np.abs(slope).max() + 1e-4)
                 change = (law.torques(z + dz, u + du) - law.torques(z - dz, u - du)) / (2 * h)
                 assert np.allclose(torque, change, rtol=1e-6, atol=1e-5)
+
+
+def test_a_winding_is_that_of_an_own_integration() -> None:
+    """States in A, V and rad, written out for this motor: back-EMF, current controller, cascade, spring."""
+    R, L, Kt, Ke, kp, ti = 0.5, 2e-3, 0.2, 0.15, 4.0, 3e-3
+    tables = drive(current={"kp": kp, "ti": ti}, dead_time=0, Tn=0.05)
+    tables["motors"] = {
+        "motor": {"rotor_inertia": 0.02, "resistance": R, "inductance": L, "torque_constant": Kt, "back_emf": Ke}
+    }
+    motion = scene(**{**SHORT, "forces": []})
+    (found,) = se.simulate(tables, motion, adaptive=True)
+    free = {**tables, "motors": {"motor": {**tables["motors"]["motor"], "back_emf": 1e-9}}}
+    (without,) = se.simulate(free, motion, adaptive=True)
+    J, Jl, k, d, Kv, Kp, Tn = 0.02, 0.05, 1000.0, 0.1, 20.0, 2.5, 0.05
+    at = found.reference.at
+
+    def rate(t: float, y: Any) -> Any:
+        q, x, v, w, integral, i, volts = y
+        (r,), (rd,), _ = (row[0] for row in at(np.array([t])))
+        e = Kv * (r - q) + rd - v
+        wanted = Kp * (e + integral / Tn) / Kt
+        u = kp * (wanted - i) + volts
+        spring = k * x + d * w
+        a = (Kt * i + spring) / J
+        b = -spring / Jl - a
+        return np.array([v, w, a, b, e, (u - R * i - Ke * v) / L, kp / ti * (wanted - i)])
+
+    y = scipy_integrate.solve_ivp(rate, (0, 0.03), np.zeros(7), method="Radau", rtol=1e-11, atol=1e-13).y[:, -1]
+    np.testing.assert_allclose(found.motion.q[-1], y[:2], atol=2e-8)
+    assert abs(found.motion.q[-1, 0] - without.motion.q[-1, 0]) > 1e-6, "the back-EMF brakes"
+
+
+def test_even_steps_refuse_a_winding() -> None:
+    tables = drive(current={"kp": 4.0, "ti": 3e-3})
+    tables["motors"]["motor"] |= {"resistance": 0.5, "inductance": 2e-3, "torque_constant": 0.2}
+    with pytest.raises(InputError, match="kp and ti of the current"):
+        se.simulate(tables, scene())
