@@ -241,6 +241,7 @@ def test_slopes_of_a_limited_law_are_those_of_its_rates() -> None:
                 assert np.allclose(torque, change, rtol=1e-6, atol=1e-5)
 
 
+@pytest.mark.thorough
 def test_a_winding_is_that_of_an_own_integration() -> None:
     """States in A, V and rad, written out for this motor: back-EMF, current controller, cascade, spring."""
     R, L, Kt, Ke, kp, ti = 0.5, 2e-3, 0.2, 0.15, 4.0, 3e-3
