@@ -171,7 +171,7 @@ def test_units_are_read_however_they_are_written(unit: str, same: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "unit", ["", "turns of the rotor", "N/m s", "Nm", "N m/A", "/s", "m//s", "(m", "m^999", "kg+m", "é"]
+    "unit", ["", "turns of the rotor", "N/m s", "Nm", "N m/B", "/s", "m//s", "(m", "m^999", "kg+m", "é"]
 )
 def test_other_texts_are_no_units(unit: str) -> None:
     assert in_base_units(unit) is None

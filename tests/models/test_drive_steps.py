@@ -119,7 +119,7 @@ def parts_of(described: DescribedMachine, rows: Any, rates: Any, z: list[Any]) -
     for j in described.motors:
         drive = described.drives.by_motor.get(described.joint(j).name)
         if drive:
-            one = drive_system(cascade_of("", drive, {}, ""))
+            one = drive_system(cascade_of(described.joint(j), drive, {}, ""))
             numbers = {"Z": one.A, "Q": -one.by_position, "V": -one.by_velocity, "by_z": one.C}
             as_many = {key: np.vectorize(exact, otypes=[object])(x) if x.size else [] for key, x in numbers.items()}
             by_q, by_v = (-exact(x) for x in one.through)

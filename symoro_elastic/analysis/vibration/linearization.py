@@ -8,7 +8,7 @@ dampers and gyroscopic terms; M = A [8].
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -101,10 +101,29 @@ class Linearization(Result):
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """Lines about the state: that it moves, and that motors share torques which nothing determines one by one."""
+        """Lines about the state: that it moves, that motors share torques which nothing determines one by one, that
+        springs stand within their backlash, and that bristles of dry friction are in no linear model."""
         motion = self.motion
         loaded = any(self.state.torques[motion.machine.motors.index(j)] for j in motion.followers)
-        return self.unrest or tuple(line_on_undetermined(motion.machine, motion.followers) if loaded else ())
+        shared = () if self.unrest or not loaded else line_on_undetermined(motion.machine, motion.followers)
+        return (*self.unrest, *shared, *self._play, *self._bristles)
+
+    @property
+    def _play(self) -> Iterator[str]:
+        """Lines about springs that stand within their backlash, which makes them soft."""
+        motion = self.motion
+        for name, x in zip(motion.names, self.state.q, strict=True):
+            joint = next(one for one in motion.machine.joints if one.name == name)
+            within = joint.spring.backlash.value(motion.parameters) / 2
+            if abs(x - joint.spring.neutral.value(motion.parameters)) < within:
+                yield f"{name} stands within its backlash, where its spring hardly acts: loads press it to a side"
+
+    @property
+    def _bristles(self) -> Iterator[str]:
+        """A line about dry friction with states, which holds joints that hardly move as a spring does."""
+        names = [self.motion.given.joint(j).name for j in self.motion.given.bristles]
+        if names:
+            yield f"bristles of dry friction are left out: {', '.join(names)}; joints that hardly move are stiffer"
 
     @property
     def notes(self) -> tuple[str, ...]:

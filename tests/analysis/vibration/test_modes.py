@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.linalg
 
+import symoro_elastic as se
 from symoro_elastic.analysis.vibration.energies import GRAVITY_AND_LOADS, frame_shapes, kinetic_shares, strain_shares
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.analysis.vibration.modes import sensitivity
@@ -228,3 +230,26 @@ def test_the_state_space_is_that_of_the_matrices() -> None:
     assert space.D[2].any() and not space.D[:2].any()
     np.testing.assert_allclose(linear.F[:, 1], linear.Cq[1], atol=1e-15)
     assert motion_of(two_axis()).points == ()
+
+
+def test_what_a_linear_model_lacks_is_said() -> None:
+    """A spring within its backlash, and bristles of dry friction."""
+    tables: dict[str, Any] = {
+        "name": "drive",
+        "joints": [
+            {"name": "motor", "kind": "motor", "sigma": 0, "theta": "q1"},
+            {"name": "arm", "antecedent": "motor", "kind": "elastic", "sigma": 0, "theta": "q2"},
+        ],
+        "bodies": {"arm": {"inertia_at_origin": [0, 0, 0.05]}},
+        "motors": {"motor": {"rotor_inertia": 0.02}},
+        "springs": {"arm": {"stiffness": 1000.0, "backlash": 1e-3}},
+        "friction": {"motor": {"viscous": 0.5, "coulomb": 1.0, "bristle": 1e4, "bristle_damping": 0.5}},
+    }
+    found = [part for part in se.modes(tables).parts() if isinstance(part, str)]
+    assert any(line.startswith("arm stands within its backlash") for line in found)
+    assert any(line.startswith("bristles of dry friction are left out: motor") for line in found)
+    tables["springs"]["arm"] = {"stiffness": 1000.0}
+    del tables["friction"]
+    assert not any(
+        "backlash" in part or "bristle" in part for part in se.modes(tables).parts() if isinstance(part, str)
+    )
