@@ -53,6 +53,9 @@ log |= {f"tau_{name}": tau[:, k] for k, name in enumerate(["shoulder", "elbow"])
 found = se.identify(machine, log)
 found
 
+# %%
+found.plot()
+
 # %% [markdown]
 # ## Does it predict?
 #

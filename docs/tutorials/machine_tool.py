@@ -20,6 +20,9 @@ modes = se.modes(machine, hold=["all"])
 modes
 
 # %%
+modes.plot("energies")
+
+# %%
 print(modes.parts()[-1])
 
 # %% [markdown]
@@ -32,6 +35,9 @@ print(modes.parts()[-1])
 # %%
 response = se.response(machine, inputs=["tool.fx"], outputs=["tool.x"], hold=["all"], damping=0.02)
 response
+
+# %%
+response.plot("stiffness_tool_x")
 
 # %% [markdown]
 # ## Where it stands

@@ -19,6 +19,9 @@ scene = "examples/scenes/two_axis_move.toml"
 (simulation,) = se.simulate(machine, scene)
 simulation
 
+# %%
+simulation.plot("deviation")
+
 # %% [markdown]
 # ## The ladder of models
 #
@@ -28,6 +31,9 @@ simulation
 # %%
 ladder = se.ladder(machine, scene)
 ladder
+
+# %%
+ladder.plot("rungs")
 
 # %% [markdown]
 # The sentence below the table says what to take. Each rung that is chosen was simulated beside the whole machine.
