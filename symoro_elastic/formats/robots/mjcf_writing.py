@@ -24,7 +24,7 @@ from symoro_elastic.formats.robots.urdf_writing import rpy_of
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.limits import Range
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.names import distinct, quote
 from symoro_elastic.machine.springs_beside_motors import with_springs_in_motors
 
@@ -59,6 +59,12 @@ MJCF = Holds(
 
 def write(machine: Machine) -> str:
     """The MJCF text of a machine; raises `InputError` that names the joint, the cell or the parameter."""
+    motors = {joint.name for joint in machine.joints if joint.kind is Kind.MOTOR}
+    for loop in machine.loops:
+        driven = [name for name in loop.dependent if name in motors]
+        if driven:
+            what = f"{', '.join(driven)} follow the others and have motors, which MJCF cannot say: write .toml"
+            raise machine.error(f"loop {loop.name}, dependent", what)
     robot = robot_of(with_springs_in_motors(machine), MJCF)
     return _Writer(robot, tree_of(robot, machine.label), machine.label).text
 

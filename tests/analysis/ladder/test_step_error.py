@@ -81,9 +81,11 @@ def test_predictions_hold_for_generated_steps(name: str, servo: bool) -> None:
 
 @pytest.mark.parametrize("name", METHODS)
 def test_errors_fall_by_the_order_of_the_method(name: str) -> None:
-    errors = StepErrors(path(True))
-    coarse, fine = (np.array(list(errors.errors(METHODS[name], steps).values())) for steps in (80, 160))
-    observed = np.log2(coarse / fine)
+    """Over one halving; of rodas4 over three, for at 160 steps it is near the 2e-10 of the solution compared with."""
+    errors, halvings = StepErrors(path(True)), 3 if name == "rodas4" else 1
+    several = (160 // 2**halvings, 160)
+    coarse, fine = (np.array(list(errors.errors(METHODS[name], steps).values())) for steps in several)
+    observed = np.log2(coarse / fine) / halvings
     assert (np.abs(observed - METHODS[name].order) < 0.3).all()
 
 

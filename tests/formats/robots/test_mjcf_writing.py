@@ -15,9 +15,9 @@ from symoro_elastic.formats.robots.mjcf_writing import write
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.left_out_parts import without
-from symoro_elastic.machine.machine import NO_VECTOR, Floating, Machine, Orientation
+from symoro_elastic.machine.machine import NO_VECTOR, Floating, Kind, Machine, Orientation
 from symoro_elastic.numerics.implementations import numpy_model
-from tests.command_line import run
+from tests.command_line import EXAMPLES, run
 from tests.formats.robots.mjcf_samples import ROBOTS
 from tests.formats.robots.test_mjcf import OURS
 from tests.references.random_machines import chain, random_machine
@@ -265,3 +265,13 @@ def written_to(folder: Path, text: str) -> Path:
     file = folder / "limited.xml"
     file.write_text(text, encoding="utf-8")
     return file
+
+
+def test_motors_that_follow_others_are_refused() -> None:
+    """MJCF would have them as motors of their own, and a reader could not tell which joints follow."""
+    machine, _ = read_machine(EXAMPLES / "sr400.par")
+    (loop,) = machine.loops
+    driven = replace(machine.joint(8), kind=Kind.MOTOR)
+    joints = tuple(driven if joint.name == driven.name else joint for joint in machine.joints)
+    with pytest.raises(InputError, match=f"{driven.name} follow the others and have motors"):
+        write(replace(machine, joints=joints, loops=(replace(loop, dependent=("elbow", driven.name)),)))
