@@ -190,7 +190,7 @@ OF_FRICTION = (
         unit=POSITION,
         shape="b",
         roles=(*ARGUMENT, *CARRIED),
-        entries="z@_f",
+        entries="zf@",
         samples=Samples(0.1),
     ),
     Quantity(name="zd", meaning="rates of the states", symbol=r"\dot{z}", unit=VELOCITY, shape="b", roles=RESULT),
@@ -201,7 +201,7 @@ OF_FRICTION = (
         unit=FORCE,
         shape="l",
         roles=(*ARGUMENT, *STATE),
-        entries="load@_f",
+        entries="lf@",
         samples=FORCES,
     ),
 )

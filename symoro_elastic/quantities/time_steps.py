@@ -83,7 +83,7 @@ OF_TIME_STEPS = (
         unit=None,
         shape="b",
         roles=ARGUMENT,
-        entries="r@_z",
+        entries="rhz@",
     ),
     Quantity(name="z_q", meaning="solution, of positions", symbol="z_q", unit=VELOCITY, shape="n", roles=RESULT),
     Quantity(name="z_v", meaning="solution, of velocities", symbol="z_v", unit=ACCELERATION, shape="n", roles=RESULT),

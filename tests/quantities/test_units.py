@@ -27,6 +27,8 @@ from tests.references.random_machines import random_machine, two_children
 SCALES = {"m": 3.0, "kg": 7.0, "s": 2.0, "rad": 1.0}
 SCALES |= {"N": SCALES["kg"] * SCALES["m"] / SCALES["s"] ** 2}
 SCALES |= {"J": SCALES["N"] * SCALES["m"]}
+SCALES |= {"A": 5.0, "V": SCALES["J"] / SCALES["s"] / 5.0}
+SCALES |= {"Ohm": SCALES["V"] / SCALES["A"], "H": SCALES["V"] * SCALES["s"] / SCALES["A"]}
 TRIANGLE = "n(n + 1)/2"
 WORD = re.compile(r"([A-Za-z]+)(\d*)")
 

@@ -529,6 +529,8 @@ def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machi
 def _grouped(machine: Machine, Y: Regressor, known: Mapping[int, float]) -> Equations:
     """Return the equations of a machine with the columns that are not known, grouped."""
     sought = tuple(c for c in range(len(Y.columns)) if c not in known)
+    if not sought:
+        raise machine.error("bodies", "no parameter has a part in the torques, or all are known: nothing is sought")
     return Equations(machine, Y, Linear(Y.columns, sought, structural_grouping(Y, sought, machine), known))
 
 
