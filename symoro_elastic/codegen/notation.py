@@ -10,7 +10,7 @@ from symoro_elastic.quantities import COEFFICIENT, DERIVATIVE, FUNCTIONS, INTERM
 from symoro_elastic.symbolic.program import Program
 
 _LETTERS = """
-    alpha beta gamma delta epsilon zeta eta theta kappa mu nu xi rho sigma tau phi chi psi omega
+    alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi rho sigma tau phi chi psi omega
     Gamma Delta Theta Lambda Xi Sigma Phi Psi Omega
 """
 GREEK = frozenset(_LETTERS.split())
