@@ -162,7 +162,7 @@ class SmallMotions:
         s = 2j * np.pi * f[:, None, None]
         Z = s * s * M + s * D + K
         rows = {name: self._row(name) for pair in pairs for name in pair}
-        moved = {into: np.linalg.solve(Z, rows[into][0][kept][:, None].astype(complex)) for _, into in pairs}
+        moved = {into: np.linalg.solve(Z, rows[into][0][kept][None, :, None].astype(complex)) for _, into in pairs}
         each = (((2j * np.pi * f) ** rows[o][1] * (moved[i][:, :, 0] @ rows[o][0][kept])) for o, i in pairs)
         return np.array([*each])
 
