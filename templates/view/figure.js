@@ -11,6 +11,21 @@ function geometryOf(solid) {
   return new THREE.CylinderGeometry(a / 2, a / 2, c, a < 0.01 * c ? 10 : ROUND).rotateX(Math.PI / 2);
 }
 
+// Corners, in frame 0, of the boxes around the meshes of groups, each with its mesh.
+function* cornersOf(groups) {
+  const meshes = [];
+  for (const group of groups) {
+    group.updateMatrixWorld(true);
+    group.traverse((one) => { if (one.isMesh) meshes.push(one); });
+  }
+  for (const mesh of meshes) {
+    mesh.geometry.computeBoundingBox();
+    const { min, max } = mesh.geometry.boundingBox;
+    for (const x of [min.x, max.x]) for (const y of [min.y, max.y]) for (const z of [min.z, max.z])
+      yield [new THREE.Vector3(x, y, z).applyMatrix4(mesh.matrixWorld), mesh];
+  }
+}
+
 // A tube around a line of points; its normals turn with the points around z of the frame.
 class Tube {
   constructor(wire, radius, material) {

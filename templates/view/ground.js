@@ -30,17 +30,8 @@ class Ground {
   }
 
   _lowest(figure, height) {
-    let found = Infinity;
-    for (const group of figure.groups) group.updateMatrixWorld(true);
-    for (const group of figure.groups)
-      group.traverse((one) => {
-        if (!one.isMesh || figure.layers.bodies.includes(one)) return;
-        one.geometry.computeBoundingBox();
-        const { min, max } = one.geometry.boundingBox;
-        for (const x of [min.x, max.x]) for (const y of [min.y, max.y]) for (const z of [min.z, max.z])
-          found = Math.min(found, height(new THREE.Vector3(x, y, z).applyMatrix4(one.matrixWorld).toArray()));
-      });
-    return found;
+    const shapes = [...cornersOf(figure.groups)].filter(([, mesh]) => !figure.layers.bodies.includes(mesh));
+    return Math.min(...shapes.map(([corner]) => height(corner.toArray())));
   }
 
   _shadow(solid, painted) {

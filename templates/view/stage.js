@@ -42,19 +42,9 @@ class Stage {
 
   // Corners of the boxes around all shapes; bodies count as far as they are in the room of the machine.
   _corners() {
-    const found = [];
     this.space.updateMatrixWorld(true);
-    for (const group of this.figure.groups)
-      group.traverse((one) => {
-        if (!one.isMesh) return;
-        one.geometry.computeBoundingBox();
-        const { min, max } = one.geometry.boundingBox;
-        for (const x of [min.x, max.x]) for (const y of [min.y, max.y]) for (const z of [min.z, max.z]) {
-          const corner = new THREE.Vector3(x, y, z).applyMatrix4(one.matrixWorld);
-          found.push(this.figure.layers.bodies.includes(one) ? corner.clamp(...this.room) : corner);
-        }
-      });
-    return found;
+    const { bodies } = this.figure.layers;
+    return [...cornersOf(this.figure.groups)].map(([corner, mesh]) => (bodies.includes(mesh) ? corner.clamp(...this.room) : corner));
   }
 
   _window() {

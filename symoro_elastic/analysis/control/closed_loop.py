@@ -7,11 +7,12 @@ exactly.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.control.cascade import Cascade, System, system_of
+from symoro_elastic.analysis.control.cascade import Cascade
+from symoro_elastic.analysis.control.drive_laws import RD, RDD, XD, R, law_of
 from symoro_elastic.analysis.control.plant import Plant
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 
@@ -98,10 +99,7 @@ def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) ->
 
 @dataclass(frozen=True)
 class DriveSystem:
-    """A drive as a linear system: states by r - p, -v and rates of the set point, what goes straight to torque.
-
-    `sizes` are those of its states where the motor is 1 rad or m behind, or 1 rad/s or m/s too slow.
-    """
+    """A drive as a linear system: states by r - p, -v and rates of the set point, what goes straight to torque."""
 
     A: Array
     C: Array
@@ -111,25 +109,14 @@ class DriveSystem:
     by_set_acceleration: Array
     through: tuple[float, float]
     of_set_point: tuple[float, float, float]
-    sizes: Array
 
 
 def drive_system(one: Cascade, of_delay: int = 1) -> DriveSystem:
-    """Return a drive as a system: Kp (1 + 1/(Tn s)) and the path, from e = Kv (r - p) + kfv rd - v to torque."""
-    if one.Tn < np.inf:
-        pi = System(np.zeros((1, 1)), np.array([1.0]), np.array([one.Kp / one.Tn]), one.Kp)
-    else:
-        pi = System.gain(one.Kp)
-    path = system_of(one.path, of_delay)
-    whole = pi.then(path)
-    fed = np.concatenate([np.zeros(len(pi.B)), path.B]) * one.acceleration_forward
-    kfv, by_velocity = one.velocity_forward, whole.B
-    if current := one.current:  # the back-EMF acts on the state of the torque
-        by_velocity = by_velocity.copy()
-        by_velocity[-2] += current.drag / current.inductance
+    """Return the law of a drive within its limit, without the filter of its set point, as a linear system."""
+    law = law_of(replace(one, set_point=None, torque_limit=np.inf), of_delay)
+    B, D = law.B, law.D
     return DriveSystem(
-        *(whole.A, whole.C, one.Kv * whole.B, by_velocity, kfv * whole.B, fed),
-        through=(one.Kv * whole.D, whole.D),
-        of_set_point=(one.Kv * whole.D, kfv * whole.D, one.acceleration_forward * path.D),
-        sizes=np.concatenate([np.ones(len(pi.A)), np.full(len(path.A), one.Kp)]),
+        *(law.A, law.C, B[:, R], -B[:, XD], B[:, RD], B[:, RDD]),
+        through=(D[R], -D[XD]),
+        of_set_point=(D[R], D[RD], D[RDD]),
     )

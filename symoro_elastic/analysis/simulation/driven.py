@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.drive_torques import XD, DriveLaw, X, inputs_of, law_of
+from symoro_elastic.analysis.control.drive_laws import XD, DriveLaw, X, law_of
+from symoro_elastic.analysis.simulation.drive_torques import inputs_of
 from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.right_side import CompiledMotion

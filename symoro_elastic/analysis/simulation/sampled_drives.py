@@ -16,8 +16,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import CURRENT, Cascade, DeadTime, FirstOrder
+from symoro_elastic.analysis.control.drive_laws import INPUTS, TAU, DriveLaw, current_loop
 from symoro_elastic.analysis.control.sampled import period_of
-from symoro_elastic.analysis.simulation.drive_torques import INPUTS, TAU, DriveLaw, current_loop
 from symoro_elastic.analysis.simulation.driven import DrivenMotion
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.foundation.array_types import Array

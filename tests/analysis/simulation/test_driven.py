@@ -221,7 +221,7 @@ def test_a_limit_that_is_not_reached_changes_nothing() -> None:
 
 def test_slopes_of_a_limited_law_are_those_of_its_rates() -> None:
     from symoro_elastic.analysis.control.cascade import Biquad, Cascade, DeadTime, FirstOrder
-    from symoro_elastic.analysis.simulation.drive_torques import law_of
+    from symoro_elastic.analysis.control.drive_laws import law_of
 
     path = (DeadTime("dead time", 3e-4), Biquad("notch", 40.0, 0.1, 0.5))
     for shaped in (FirstOrder("low-pass", 5e-3), Biquad("low-pass", 60.0, 0.0, 0.7, low=True), None):
