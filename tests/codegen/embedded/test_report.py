@@ -43,7 +43,7 @@ def report(compiler: str, flags: str = "", precision: str = "double") -> CodeRep
     return code_report(package(), render_c(package(), in_precision), in_precision, tool_chain(compiler, flags))
 
 
-WITHOUT_EFFECT = {"-Wall", "-Wextra", "-Wpedantic", "-Werror", "-g", "-fstack-usage", "-c", "-o"}
+WITHOUT_EFFECT = {"-Wall", "-Wextra", "-Wpedantic", "-Werror", "-g1", "-fstack-usage", "-c", "-o"}
 """On the code: warnings, data for debuggers, names of files."""
 
 
