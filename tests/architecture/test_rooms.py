@@ -6,6 +6,7 @@ Every import counts, those inside functions and those for type checkers too.
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -93,3 +94,17 @@ def test_no_files_import_each_other_in_a_circle() -> None:
         TopologicalSorter(imported()).prepare()
     except CycleError as error:
         raise AssertionError(" -> ".join(error.args[1])) from None
+
+
+def test_the_map_names_every_folder_and_no_other() -> None:
+    """The map of CONTRIBUTING.md: a line for each room, and after it the folders in that room."""
+    drawn = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("```")[1]
+    named: dict[str, set[str]] = {}
+    for line in drawn.strip().splitlines():
+        room = re.match(r"(?:  \| )?(\w+) ", line)
+        of_room = named.setdefault(room[1], set()) if room else named[next(reversed(named))]
+        of_room |= set(re.findall(r"(\w+)/", line))
+    rooms = {path.parent.name: set[str]() for path in PACKAGE.glob("*/__init__.py")}
+    for path in PACKAGE.glob("*/*/__init__.py"):
+        rooms[path.parts[-3]].add(path.parts[-2])
+    assert named == rooms
