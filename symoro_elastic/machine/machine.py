@@ -256,6 +256,14 @@ class Machine(Shown):
         """Numbers (from 1) of the joints whose friction rises with the load, in table order: the entries of load."""
         return tuple(j for j in self.articulated if not self.joint(j).friction.load.is_zero)
 
+    def refuse_states_of_friction(self, task: str) -> None:
+        """Raise `InputError` where friction has a state or rises with the load, which a task does not know."""
+        states = "does not know its state: give creep in place of bristle"
+        loads = "does not know the torque that passes through the joint: leave load out"
+        for numbers, why in ((self.bristles, states), (self.loaded, loads)):
+            for j in numbers:
+                raise self.error(f"friction, {self.joint(j).name}", f"{task} {why}")
+
     @property
     def with_backlash(self) -> tuple[int, ...]:
         """Numbers (from 1) of the elastic joints whose springs have backlash, in table order."""

@@ -93,7 +93,8 @@ def expressions(
     """
     _refuse_on_floating_base(machine, name)
     _refuse_loops_on_floating_base(machine, name)
-    _refuse_friction_states(machine, name)
+    if MODELS[name] in FEED_FORWARD:
+        machine.refuse_states_of_friction(name)
     model = on_its_base(in_form(name, form), machine)
     machine = model.binds(machine) if model.binds else machine
     own = points_of(asked)
@@ -177,14 +178,6 @@ def _refuse_loops_on_floating_base(machine: Machine, name: str) -> None:
     if machine.degrees_of_base and machine.loops:
         loops = ", ".join(loop.name for loop in machine.loops)
         raise machine.error(name, f"not offered on a floating base with loops: {loops}; couplings are")
-
-
-def _refuse_friction_states(machine: Machine, name: str) -> None:
-    """Raise `InputError` for models of wanted motions, which do not know states of friction, nor loads."""
-    if (machine.bristles or machine.loaded) and MODELS[name] in FEED_FORWARD:
-        joint = machine.joint((*machine.bristles, *machine.loaded)[0]).name
-        what = f"{name} does not know its state (bristle) or load: give creep in their place"
-        raise machine.error(f"friction, {joint}", what)
 
 
 def points_of(asked: Joints | Frames) -> Points:

@@ -90,6 +90,7 @@ class OverTime:
 
 def over_time(machine: Machine) -> OverTime:
     """Return the feed-forward of a machine whose springs may have damping. Raises `InputError`."""
+    machine.refuse_states_of_friction("a feed-forward")
     bound = Bound(machine)
     balance = _balance(bound, damped=True)
     solution, q, tau = _solved(bound, balance)

@@ -38,6 +38,18 @@ FLOATING = '[base]\nfloating = "quaternion"\nbody = { mass = 5, center_of_mass =
 RIGID = JOINTS.replace("KIND", "motor")
 
 
+AXIS = JOINTS.replace("KIND", "motor", 1).replace("KIND", "elastic") + BODIES
+SPRING = "[springs]\nb = { stiffness = 8e3, damping = 5 }\n"
+CASCADE = "Kv = 10, Kp = 30, Tn = 0.1"
+WINDING = "[motors]\na = { resistance = 0.5, inductance = 1e-3, torque_constant = 1 }\n"
+BRISTLES = "coulomb = 1, static = 1.5, stribeck = 0.01, bristle = 1e4, bristle_damping = 10, viscous = 0.4"
+
+
+def driven(rest: str, machine: str = AXIS + SPRING) -> str:
+    """A motor, its drive and a spring."""
+    return f"{machine}[drives]\na = {{ {CASCADE}, {rest} }}\n"
+
+
 def long_chain(joints: int) -> str:
     rows = [f'  {{ name = "j{k}", kind = "motor", sigma = 0, theta = "q{k}", d = 0.1 }},' for k in range(1, joints + 1)]
     bodies = [f"j{k} = {{ mass = 1, center_of_mass = [0.1, 0, 0] }}" for k in range(1, joints + 1)]
@@ -57,6 +69,17 @@ ODD = {
     "floating_only": FIXED + FLOATING,
     "floating": RIGID + FLOATING + BODIES,
     "long_chain": long_chain(40),
+    "driven": driven("current = { lag = 2e-4 }, dead_time = 1e-4"),
+    "limited": driven(
+        "limits = { torque = 60 }, set_point = { lowpass = 60 }, filters = [{ lowpass = 400, order = 2 }]"
+    ),
+    "sampled": driven("period = 1e-3, limits = { torque = 60 }, set_point = { average = 4e-3 }"),
+    "wound": driven("current = { kp = 3, ti = 2e-3 }", AXIS + SPRING + WINDING),
+    "driven_floating": driven("current = { lag = 2e-4 }", AXIS + SPRING + FLOATING),
+    "driven_in_space": driven("current = { lag = 2e-4 }", AXIS.replace("9.81", "0") + SPRING + FLOATING),
+    "loose": driven("current = { lag = 2e-4 }", AXIS + SPRING.replace("damping", "backlash = 2e-3, damping")),
+    "bristles": driven("current = { lag = 2e-4 }", f"{AXIS}{SPRING}[friction]\na = {{ {BRISTLES} }}\n"),
+    "loaded": f"{AXIS}{SPRING}[friction]\na = {{ coulomb = 1, load = 0.1, creep = 1e-3 }}\n",
 }
 LIMITS = ("--position", "1", "--velocity", "1", "--acceleration", "5", "--evaluations", "1", "--periods", "1")
 CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
@@ -82,7 +105,11 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
     "compare": (("--duration", "0.01"),),
     "control": ((), ("--tune", "--along", "a=0:1:2")),
     "lobes": (("--direction", "b.x", "--cutting", "1e9", "--speeds", "1000:2000:3"),),
-    "simulate": (("--scene", "motion.toml", "--step", "0.01"), ("--scene", "motion.toml", "--adaptive")),
+    "simulate": (
+        ("--scene", "motion.toml", "--step", "0.01"),
+        ("--scene", "motion.toml", "--adaptive"),
+        ("--scene", "motion.toml", "--step", "0.01", "--method", "rodas4"),
+    ),
     "ladder": (("--scene", "motion.toml"),),
     "sweep": (
         ("--over", "a=0:1:2", "--hold", "all"),
@@ -111,7 +138,7 @@ FEW = {"long_chain": ("show", "convert", "linearize")}
 """Commands that are called on a machine, where that is not every one."""
 TRADED = ("no_joint", "fixed_bodies", "all_passive", "floating_only")
 """Machines that `trade` is called on, which compiles many times."""
-REPORTED = ("no_joint", "all_passive", "no_values", "floating")
+REPORTED = ("no_joint", "all_passive", "no_values", "floating", "driven_in_space", "loaded")
 """Machines that `report` is called on, which does the work of many commands."""
 FEW_MACHINES = {"trade": TRADED, "report": REPORTED}
 
@@ -136,7 +163,8 @@ def test_odd_machines_end_no_command_with_a_traceback(machine: str, command: str
     (tmp_path / "odd.toml").write_text(ODD[machine])
     rows = [f"{k / 100},{k % 7},{k % 5},{k % 3},{k % 2}" for k in range(200)]
     (tmp_path / "data.csv").write_text("\n".join(["t,q_a,q_b,tau_a,tau_b", *rows]))
-    (tmp_path / "motion.toml").write_text(MOTION)
+    drives = "drives = true\n" if "[drives]" in ODD[machine] else ""
+    (tmp_path / "motion.toml").write_text(MOTION.replace("[wanted]", f"{drives}[wanted]"))
     (tmp_path / "tests.toml").write_text('[[tests]]\nfile = "hammer.csv"\n')
     rows = [f"{k},{k % 7},{k % 5}" for k in range(1, 20)]
     (tmp_path / "hammer.csv").write_text("\n".join(["f [Hz],re b.ax/b.fx,im b.ax/b.fx", *rows]))

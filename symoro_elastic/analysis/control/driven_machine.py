@@ -25,6 +25,8 @@ from symoro_elastic.numerics.motion.signals import outputs
 
 UNDAMPED = 1e-6
 """Of a pole: a damping ratio below is none."""
+NOTHING = 1e-12
+"""Stiffness and damping of a motion, relative to the largest, that are none."""
 States = Sequence[tuple[Mapping[str, float], State]]
 """States with the positions that were asked for."""
 
@@ -52,6 +54,8 @@ def driven_machine(
     if tune:
         cascades = [_sought(one, drives[one.motor]) for one in cascades]
     plants = tuple(_plant(motion, state, place, drives, damping, signals) for place, state in states)
+    for plant in plants:
+        _refuse_free(plant)
     found = tuple(f"{one.motor}.{key}" for one in cascades for key in one.sought)
     if found:
         for plant in plants:
@@ -135,6 +139,17 @@ def load_ratio(linear: Linearization, motor: str, velocity: Array, measured: str
         what = f"{measured} does not move with {motor} here: name a position behind it"
         raise InputError(linear.motion.source, f"drives, {motor}, measured", what)
     return ratio
+
+
+def _refuse_free(plant: Plant) -> None:
+    """Raise `InputError` for a motion that no motor makes and nothing holds back, whose poles are 0."""
+    linear = plant.linear
+    laws = [x / (np.linalg.norm(x) or 1.0) for x in (linear.K, linear.D, np.array([*linear.motors]))]
+    _, sizes, motions = np.linalg.svd(np.vstack(laws))
+    if sizes[-1] < NOTHING:
+        coordinate = linear.coordinates[int(np.argmax(np.abs(motions[-1])))]
+        what = f"nothing holds {coordinate} back, so loops are neither stable nor unstable: give it a spring or a motor"
+        raise InputError(linear.motion.source, "drives", what)
 
 
 def _refuse_undamped(plant: Plant) -> None:

@@ -37,6 +37,7 @@ class InverseModel:
     """
 
     def __init__(self, motion: EquationsOfMotion) -> None:
+        motion.given.refuse_states_of_friction("a motion of given motors")
         self.motion, self.machine = motion, _driven_by_independent(motion)
         self._model = numpy_model(self.machine, ("inverse_dynamics", *closing_models(self.machine)))
         self._position: tuple[Array, Array] | None = None

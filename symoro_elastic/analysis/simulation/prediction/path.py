@@ -246,6 +246,7 @@ def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
     for j in motion.given.with_backlash:
         what = "the ladder takes springs as straight: leave it out, or use simulate"
         raise motion.given.error(f"joint {motion.given.joint(j).name}, backlash", what)
+    motion.given.refuse_states_of_friction("the ladder")
     refuse_sticking(motion)
     (M,) = motion.matrices("M", start.q, start.qd, start.qdd)
     refuse_singular(motion, M, range(len(start.q)), can_hold=False)
