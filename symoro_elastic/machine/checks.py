@@ -201,6 +201,7 @@ def _faults(j: int, joint: Joint) -> Iterator[tuple[str, str]]:
     yield from row_faults(joint)
     yield from _spring_faults(joint)
     yield from _friction_faults(joint.friction)
+    yield from _cogging_faults(joint)
 
 
 def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
@@ -211,6 +212,17 @@ def _spring_faults(joint: Joint) -> Iterator[tuple[str, str]]:
             yield cell.label, f"the joint is {joint.kind.value}: only an elastic one has {cell.label}"
     if joint.spring.backlash.is_zero and not joint.spring.rounding.is_zero:
         yield "rounding", "it rounds the edges of a backlash: give backlash, or leave it out"
+
+
+def _cogging_faults(joint: Joint) -> Iterator[tuple[str, str]]:
+    for cell, formula in cells(joint.cogging):
+        if joint.kind is not Kind.MOTOR and not formula.is_zero:
+            yield cell.label, f"the joint is {joint.kind.value}: only a motor has {cell.label}"
+    law = joint.cogging
+    if law.amplitude.is_zero and not (law.order.is_zero and law.phase.is_zero):
+        yield "cogging", "is missing beside its order: give the amplitude of the torque, or leave the order out"
+    if law.order.is_zero and not law.amplitude.is_zero:
+        yield "cogging order", "is missing: give the periods of cogging in a turn of the rotor, as 24"
 
 
 def _friction_faults(law: Friction) -> Iterator[tuple[str, str]]:

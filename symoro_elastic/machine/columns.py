@@ -45,6 +45,9 @@ class Dimension(Enum):
     INDUCTANCE = "inductance", "H"
     TORQUE_CONSTANT = "torque constant", "N m/A", "N/A"
     BACK_EMF = "back-EMF constant", "V s/rad", "V s/m"
+    COGGING = "cogging torque", "N m", "N"
+    PER_TURN = "number per turn", "", "rad/m"
+    PHASE = "phase angle", "rad"
     FORCE = "force", "N"
     MOMENT = "moment", "N m"
     VELOCITY = "velocity", "m/s"
@@ -69,7 +72,10 @@ NOT_NEGATIVE = (
     *(Dimension.RESISTANCE, Dimension.INDUCTANCE, Dimension.TORQUE_CONSTANT, Dimension.BACK_EMF),
 )
 
-OF_ROTORS = (Dimension.ROTOR_INERTIA, Dimension.TORQUE_CONSTANT, Dimension.BACK_EMF)
+OF_ROTORS = (
+    *(Dimension.ROTOR_INERTIA, Dimension.TORQUE_CONSTANT, Dimension.BACK_EMF),
+    *(Dimension.COGGING, Dimension.PER_TURN),
+)
 """Those that belong to the axis of the rotor where a ratio is given, which turns where the joint slides, too."""
 
 

@@ -251,6 +251,36 @@ class Electrics:
 
 
 @dataclass(frozen=True)
+class Cogging:
+    """Torque of a motor by the position of its rotor alone: amplitude sin(order n q + phase) on its own axis."""
+
+    amplitude: Formula = column(
+        *(Dimension.COGGING, "motors", "cogging"),
+        key="cogging",
+        symbol="A",
+        meaning="amplitude of the cogging torque, n A sin(N n q + phase) on a joint behind a ratio n; about the rotor's "
+        "own axis",
+        example="0.02",
+    )
+    order: Formula = column(
+        *(Dimension.PER_TURN, "motors", "cogging_order"),
+        key="cogging_order",
+        title="cogging order",
+        symbol="N",
+        meaning="periods of cogging in a turn of the rotor; where it slides without a ratio, 2 pi over their length",
+        example="24",
+    )
+    phase: Formula = column(
+        *(Dimension.PHASE, "motors", "cogging_phase"),
+        key="cogging_phase",
+        title="cogging phase",
+        symbol="phi",
+        meaning="phase of cogging where the joint is at zero",
+        example="0.4",
+    )
+
+
+@dataclass(frozen=True)
 class Joint:
     """One row of the table: iTj = Rot(z,gamma) Trans(z,b) Rot(x,alpha) Trans(x,d) Rot(z,theta) Trans(z,r) [1].
 
@@ -324,6 +354,7 @@ class Joint:
     friction: Friction = Friction()
     wrench: Wrench = Wrench()
     electrics: Electrics = Electrics()
+    cogging: Cogging = Cogging()
 
     @property
     def selected(self) -> Formula:
@@ -345,15 +376,20 @@ class Joint:
     @property
     def reflected_electrics(self) -> Electrics:
         """The winding as the joint feels it: its constants times the ratio where one is given."""
-        constants = {key: getattr(self.electrics, key) for key in ("torque_constant", "back_emf")}
-        if self.ratio.is_zero:
-            return self.electrics
-        changed = {
+        return replace(self.electrics, **self._times_ratio(self.electrics, ("torque_constant", "back_emf")))
+
+    @property
+    def reflected_cogging(self) -> Cogging:
+        """Cogging by the joint's own position: its amplitude and order times the ratio where one is given."""
+        return replace(self.cogging, **self._times_ratio(self.cogging, ("amplitude", "order")))
+
+    def _times_ratio(self, owner: object, keys: tuple[str, ...]) -> dict[str, Formula]:
+        known = {key: getattr(owner, key) for key in keys if not self.ratio.is_zero}
+        return {
             key: Formula(f"({self.ratio})*({x})", ("*", self.ratio.tree, x.tree))
-            for key, x in constants.items()
+            for key, x in known.items()
             if not x.is_zero
         }
-        return replace(self.electrics, **changed)
 
     @property
     def unit(self) -> str:

@@ -14,8 +14,8 @@ from symoro_elastic.machine.restrict import with_held_joints
 from symoro_elastic.machine.springs_beside_motors import with_springs_in_motors
 
 ROTORS, SPRINGS, LOOPS = "rotors", "springs", "loops"
-WRENCHES, BACKLASH, CREEP, SHARING = "wrenches", "backlash", "creep", "sharing"
-PARTS = (ROTORS, SPRINGS, LOOPS, WRENCHES, BACKLASH, CREEP, SHARING)
+WRENCHES, BACKLASH, CREEP, SHARING, COGGING = "wrenches", "backlash", "creep", "sharing", "cogging"
+PARTS = (ROTORS, SPRINGS, LOOPS, WRENCHES, BACKLASH, CREEP, SHARING, COGGING)
 """Parts that a machine may be written without."""
 CELLS: dict[str, Callable[[Cell], bool]] = {
     ROTORS: lambda cell: cell.column.section == "motors",
@@ -24,6 +24,7 @@ CELLS: dict[str, Callable[[Cell], bool]] = {
     BACKLASH: lambda cell: cell.column.dimension is Dimension.BACKLASH,
     CREEP: lambda cell: cell.column.section == "friction" and cell.column.key not in ("viscous", "coulomb"),
     SHARING: lambda cell: cell.column.key == "sharing",
+    COGGING: lambda cell: cell.column.key.startswith("cogging"),
 }
 """Whether a cell is one of a part."""
 LOST = {
@@ -32,6 +33,7 @@ LOST = {
     BACKLASH: "the backlash of {}, whose springs are straight",
     CREEP: "what makes dry friction of {} smooth: it jumps at rest",
     SHARING: "the weights by which {} share torques",
+    COGGING: "the cogging of {}",
 }
 
 

@@ -65,7 +65,7 @@ def reduced_model(machine: Machine) -> Machine:
         xx, xy, xz, yy, yz, _ = joint.body.inertia
         if not spin.is_zero:
             body = replace(joint.body, inertia=(xx, xy, xz, yy, yz, ZERO))
-            bare = replace(joint, ratio=ZERO, electrics=joint.reflected_electrics)
+            bare = replace(joint, ratio=ZERO, electrics=joint.reflected_electrics, cogging=joint.reflected_cogging)
             joints[j - 1] = replace(bare, body=body, rotor_inertia=_sum(joint.reflected_inertia, spin))
     return replace(machine, joints=tuple(joints))
 
@@ -88,6 +88,7 @@ def with_ratios(machine: Machine, ratios: Mapping[str, float]) -> Machine:
             rotor_inertia=Formula.parse(f"({reflected}) - {coupled}"),
             ratio=ZERO,
             electrics=joint.reflected_electrics,
+            cogging=joint.reflected_cogging,
             body=_with_inertia(joint.body, {ZZ: coupled}),
         )
         if joint.antecedent:

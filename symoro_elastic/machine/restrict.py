@@ -9,7 +9,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.constants import substitute
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
-from symoro_elastic.machine.joints import SELECTED, Electrics
+from symoro_elastic.machine.joints import SELECTED, Cogging, Electrics
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.machine import NO_VECTOR, Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, RequestedPart, Scene
@@ -102,16 +102,17 @@ def _with_locked(joint: Joint, locked: Mapping[str, Formula]) -> Joint:
     joint = replace(joint, spring=replace(joint.spring, stiffness=stiffness))
     if value is None:
         return joint
-    return replace(joint, kind=Kind.COUPLED, variable=None, spring=Spring(), friction=Friction(), sharing=ZERO)
+    return replace(
+        joint, kind=Kind.COUPLED, variable=None, spring=Spring(), friction=Friction(), sharing=ZERO, cogging=Cogging()
+    )
 
 
 def _still_if_coupled(joint: Joint, variables: Collection[str]) -> Joint:
     """A fixed frame in place of a coupled joint that follows none of these variables."""
     if joint.kind != Kind.COUPLED or not joint.selected.names.isdisjoint(variables):
         return joint
-    return replace(
-        joint, kind=Kind.FIXED, sigma=2, friction=Friction(), rotor_inertia=ZERO, ratio=ZERO, electrics=Electrics()
-    )
+    bare = replace(joint, friction=Friction(), rotor_inertia=ZERO, ratio=ZERO)
+    return replace(bare, kind=Kind.FIXED, sigma=2, electrics=Electrics(), cogging=Cogging())
 
 
 def _unlocked(loop: Loop, locked: Mapping[str, Formula]) -> Loop:

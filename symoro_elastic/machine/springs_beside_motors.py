@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from symoro_elastic.machine.described import AnyMachine, DescribedMachine
 from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.joints import Electrics
+from symoro_elastic.machine.joints import Cogging, Electrics
 from symoro_elastic.machine.loops import Closing, Loop
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.names import distinct, list_of_names
@@ -44,7 +44,7 @@ def _has_both(joint: Joint) -> bool:
 def _beside(motor: Joint, name: str, variable: str) -> Joint:
     """The elastic joint of a spring in the row of a motor."""
     bare = replace(motor, body=Body(), friction=Friction(), rotor_inertia=ZERO, ratio=ZERO, sharing=ZERO)
-    bare = replace(bare, electrics=Electrics())
+    bare = replace(bare, electrics=Electrics(), cogging=Cogging())
     return replace(bare, name=name, kind=Kind.ELASTIC, variable=variable)
 
 

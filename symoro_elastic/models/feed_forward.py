@@ -150,7 +150,10 @@ def _balance(bound: Bound, damped: bool = False) -> Balance:
         lost = loads.lost_forces()
         on_loads = {j: x + lost[j] for j, x in on_loads.items()}
     springs = _forces_of_chains(loads, on_loads)
-    tau = {chain.motor: springs.pop(chain.motor) + loads.friction(chain.motor) for chain in found}
+    tau = {
+        chain.motor: springs.pop(chain.motor) + loads.friction(chain.motor) - loads.passive_torque(chain.motor)
+        for chain in found
+    }
     motors = {j: chain.motor for chain in found for j in chain.joints}
     return Balance(loads, springs, tau, springs_behind(found), motors)
 

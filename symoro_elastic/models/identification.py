@@ -143,7 +143,11 @@ def _of_joint(bound: Bound, j: int, entry: str) -> Column:
 
 
 def refuse_varying_stiffness(machine: Machine) -> None:
-    """Refuse springs whose force is not linear in parameters: stiffness that depends on positions, backlash."""
+    """Refuse forces that are not linear in parameters: stiffness that depends on positions, backlash, cogging."""
+    for j in machine.motors:
+        if not machine.joint(j).cogging.amplitude.is_zero:
+            what = "torques are not linear in its order and phase, so no regressor has columns for it: leave it out"
+            raise machine.error(place_of(j, machine.joint(j), "cogging"), what)
     for j in machine.with_backlash:
         what = "the force of its spring is not linear in parameters, so no regressor has a column for it: leave it out"
         raise machine.error(place_of(j, machine.joint(j), "backlash"), what)

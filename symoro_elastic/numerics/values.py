@@ -70,6 +70,9 @@ DRAWS: dict[Dimension, Draw] = {
     Dimension.GRAVITY: GRAVITY,
     Dimension.NUMBER: _one,
     Dimension.RATIO: _one,
+    Dimension.COGGING: FRICTION,
+    Dimension.PER_TURN: _between(1.0, 3.0),
+    Dimension.PHASE: _either_sign(0.1, 1),
 }
 """How numbers are drawn, in this order; those of bodies depend on one another."""
 

@@ -48,6 +48,7 @@ MJCF = Holds(
         "wrenches": "forces on bodies",
         "backlash": "springs with backlash",
         **SMOOTH,
+        "cogging": "cogging of motors",
         "sharing": "weights of shared torques",
     },
     degree=4,

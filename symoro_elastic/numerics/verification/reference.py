@@ -18,6 +18,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import with_given_acceleration
+from symoro_elastic.machine.joints import Cogging
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import TracedModel, trace
 from symoro_elastic.models.model import CheckedBy
@@ -97,7 +98,7 @@ class Reference:
     def newton_euler(self) -> Program:
         """Gamma for given accelerations of all joints: every joint a motor."""
         joints = tuple(
-            replace(joint, kind=Kind.MOTOR, spring=Spring()) if joint.sigma != 2 else joint
+            replace(joint, kind=Kind.MOTOR, spring=Spring(), cogging=Cogging()) if joint.sigma != 2 else joint
             for joint in self.machine.joints
         )
         return trace(replace(with_given_acceleration(self.machine), joints=joints), "inverse_dynamics").program
@@ -254,6 +255,11 @@ class StateReference:
             forces[j] += -stiffness * pressed - damping * share * xd[j]
             for name in spring.stiffness.names & machine.variables.keys():
                 forces[machine.variables[name]] -= self._slope(spring.stiffness, name) * stretch * stretch / 2
+        for j in machine.motors:
+            law = machine.joint(j).reflected_cogging
+            if not law.amplitude.is_zero:
+                angle = self.cell(law.order) * x[j] + self.cell(law.phase)
+                forces[j] += self.cell(law.amplitude) * self._functions["sin"](angle)
         return forces
 
     def _backlash(self, spring: Spring, x: Any) -> tuple[Any, Any]:
@@ -337,7 +343,7 @@ class StateReference:
     def _solved(self, traced: TracedModel, known: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:
         """Solve Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11].
 
-        The accelerations that are `known` are qdd_r, the others (None) qdd_e; those of the base go first.
+        Gamma_r is less what is `exerted` on the motors beside it. The accelerations that are `known` are qdd_r, the others (None) qdd_e; those of the base go first.
         """
         zero, (V0d, f0) = self.arithmetic.number(0), self._given_on_base()
         known, exerted = [*(V0d or [None] * self.of_base), *known], [*f0, *exerted]
@@ -348,7 +354,7 @@ class StateReference:
             qdd[k] = x
         tau = [dot(row, qdd) + h for row, h in zip(self.A, self.H, strict=True)]
         base = {"V0d": qdd[: self.of_base], "f0": tau[: self.of_base], **self._of_friction(traced)}
-        of_joints = {"tau": tau, "qdd": qdd}
+        of_joints = {"tau": [x - known for x, known in zip(tau, exerted, strict=True)], "qdd": qdd}
         return {
             name: base[name] if name in base else self._of_joints(of_joints[name], rows)
             for name, rows in traced.rows.items()
