@@ -258,8 +258,8 @@ class Cogging:
         *(Dimension.COGGING, "motors", "cogging"),
         key="cogging",
         symbol="A",
-        meaning="amplitude of the cogging torque, n A sin(N n q + phase) on a joint behind a ratio n; about the rotor's "
-        "own axis",
+        meaning="amplitude of the cogging torque, n A sin(N n q + phase) on a joint behind a ratio n; about the axis "
+        "of the rotor",
         example="0.02",
     )
     order: Formula = column(

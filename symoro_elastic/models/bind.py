@@ -20,10 +20,10 @@ from symoro_elastic.models.cells import Points
 from symoro_elastic.models.coordinates import Coordinates
 from symoro_elastic.models.joint_friction import JointFriction
 from symoro_elastic.models.joint_spring import JointSpring
-from symoro_elastic.models.motor_cogging import MotorCogging
 from symoro_elastic.models.loops.closed_forms import in_space, own_variable, parallelogram_angles, planar
 from symoro_elastic.models.loops.naming import name_positions, name_turns, reserve_sections
 from symoro_elastic.models.loops.plan import Form, LoopPlan, assembled_joints, loops_of, plan_of
+from symoro_elastic.models.motor_cogging import MotorCogging
 from symoro_elastic.models.once import once_for_each_machine
 from symoro_elastic.models.parallel_links import with_parallel_links
 from symoro_elastic.models.tree import NO_LINKS, Coupling, Tree
@@ -142,8 +142,8 @@ class Bound(Tree):
     def spring_of(self, j: int) -> JointSpring | MotorCogging:
         """The law of spring and damper of joint j at its deflection; of a motor with cogging that of its position."""
         if not self.machine.joint(j).cogging.amplitude.is_zero:
-            law = self.machine.joint(j).reflected_cogging
-            cells = (self.cell(one) for one in (law.amplitude, law.order, law.phase))
+            cogging = self.machine.joint(j).reflected_cogging
+            cells = map(self.cell, (cogging.amplitude, cogging.order, cogging.phase))
             return MotorCogging(self.graph, *cells, self.variables[j])
         (stiffness, deflection), law = self.spring(j), self.machine.joint(j).spring
         return JointSpring(

@@ -1,4 +1,4 @@
-"""Cogging of a motor as expressions: a torque by the position of its rotor alone, which has a potential as a spring has.
+"""Cogging of a motor as expressions: a torque by the position of its rotor alone, with a potential as of a spring.
 
     Gamma = n A sin(N n q + phi),    V = (A/N) cos(N n q + phi),    -dGamma/dq = -N n^2 A cos(N n q + phi)
 

@@ -343,7 +343,8 @@ class StateReference:
     def _solved(self, traced: TracedModel, known: Sequence[Any], exerted: Numbers) -> dict[str, Numbers]:
         """Solve Aee qdd_e = Gamma_e - He - Aer qdd_r, then Gamma_r = Arr qdd_r + Are qdd_e + Hr [11].
 
-        Gamma_r is less what is `exerted` on the motors beside it. The accelerations that are `known` are qdd_r, the others (None) qdd_e; those of the base go first.
+        Gamma_r is less what is `exerted` beside the motors. The accelerations that are `known` are qdd_r, the others
+        (None) qdd_e; those of the base go first.
         """
         zero, (V0d, f0) = self.arithmetic.number(0), self._given_on_base()
         known, exerted = [*(V0d or [None] * self.of_base), *known], [*f0, *exerted]
