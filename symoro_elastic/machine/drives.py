@@ -1,7 +1,7 @@
 """Drives of a machine: the cascade of controllers at each motor, between its set point and its torque.
 
     e     = Kv (r - q_m) + kfv rd - qd_m                               position controller
-    tau_u = Kp (e + (1/Tn) int e dt) + kfa J rdd                       velocity controller
+    tau_u = Kp (e + (1/Tn) int e dt) + kfa J rdd + tau_ff              velocity controller, inverse model
     tau   = e^(-s Td) hold(s) / (1 + lag s) sat(filters(s) tau_u)      limit, dead time, sampling, current loop
 
 r is the set point behind its own filter. At the limit of the torque the integral part gives way (back-calculation):
@@ -83,8 +83,9 @@ class Drive:
     (None: a period where there is one), `period` s of a sampled controller. `measured` is the signal of the position
     that is controlled, `MOTOR` for the encoder of the motor; its velocity is always that of the motor. `torque_limit`
     N m or N (None: no limit) with the time `windup` s in which the integral part gives way there (None: Tn).
-    `set_point` filters the set point of the position. `current` is the controller of the current, in place of the
-    `lag`; `current_limit` A and `voltage_limit` V belong to it.
+    `set_point` filters the set point of the position. With `torque_forward` the torque that the machine needs for the
+    set points of all motors, with its springs as they are at the start, is fed forward. `current` is the controller of
+    the current, in place of the `lag`; `current_limit` A and `voltage_limit` V belong to it.
     """
 
     Kv: Gain
@@ -93,6 +94,7 @@ class Drive:
     lag: Formula = ZERO
     velocity_forward: Formula = ONE
     acceleration_forward: Formula = ZERO
+    torque_forward: bool = False
     filters: tuple[Filter, ...] = ()
     measured: str = MOTOR
     dead_time: Formula | None = None
@@ -164,6 +166,17 @@ def why_wrong(key: str, x: float) -> str:
     if key == "current, compensation" and x > 1:
         return f"{x:g} is above one: it is the share of the back-EMF that is compensated"
     return f"{x:g} is negative" if x < 0 else ""
+
+
+def why_not_fed(drive: Drive) -> str:
+    """Return why a drive cannot feed the inverse model forward, with the way out; empty where it can."""
+    if not drive.torque_forward:
+        return ""
+    if drive.acceleration_forward != ZERO:
+        return "feed_forward, acceleration: stands beside torque = true, which has the inertia: leave one out"
+    if drive.set_point:
+        return "feed_forward, torque: is of the set point before its filter: leave set_point out, or torque"
+    return ""
 
 
 NEEDED = ("resistance", "inductance", "torque_constant")

@@ -143,8 +143,8 @@ class Bound(Tree):
         """The law of spring and damper of joint j at its deflection; of a motor with cogging that of its position."""
         if not self.machine.joint(j).cogging.amplitude.is_zero:
             cogging = self.machine.joint(j).reflected_cogging
-            cells = map(self.cell, (cogging.amplitude, cogging.order, cogging.phase))
-            return MotorCogging(self.graph, *cells, self.variables[j])
+            amplitude, order, phase = map(self.cell, (cogging.amplitude, cogging.order, cogging.phase))
+            return MotorCogging(self.graph, amplitude, order, phase, self.variables[j])
         (stiffness, deflection), law = self.spring(j), self.machine.joint(j).spring
         return JointSpring(
             self.graph, stiffness, deflection, *map(self.cell, (law.damping, law.backlash, law.rounding))

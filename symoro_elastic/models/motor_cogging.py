@@ -24,7 +24,11 @@ class MotorCogging:
     order: Scalar
     phase: Scalar
     x: Scalar
-    damper: Scalar = 0
+
+    @property
+    def damper(self) -> Scalar:
+        """None."""
+        return 0
 
     def torque(self, _: Scalar) -> Scalar:
         """Torque, N m or N, whatever the rate."""

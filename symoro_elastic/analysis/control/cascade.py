@@ -17,7 +17,17 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.drives import NEEDED, TUNED, Drive, Filter, LowPass, Notch, why_no_current_loop, why_wrong
+from symoro_elastic.machine.drives import (
+    NEEDED,
+    TUNED,
+    Drive,
+    Filter,
+    LowPass,
+    Notch,
+    why_no_current_loop,
+    why_not_fed,
+    why_wrong,
+)
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.models.control import samples_of_mean
@@ -215,6 +225,7 @@ class Cascade:
     set_point: SetPointElement | None = None
     torque_limit: float = np.inf
     windup: float | None = None
+    torque_forward: bool = False
 
     def with_gains(self, **gains: float) -> Cascade:
         """Return the cascade with other gains."""
@@ -265,7 +276,7 @@ class Cascade:
 def cascade_of(joint: Joint, drive: Drive, values: Mapping[str, float], source: str) -> Cascade:
     """Return the drive of a joint with values of its formulas; raises `InputError` for numbers that no drive has."""
     motor = joint.name
-    if wrong := why_no_current_loop(drive, joint):
+    if wrong := why_no_current_loop(drive, joint) or why_not_fed(drive):
         key, what = wrong.split(": ", 1)
         raise InputError(source, f"drives, {motor}, {key}", what)
     numbers = {key: _value(motor, key, formula.value, values, source) for key, formula in drive.formulas}
@@ -280,6 +291,7 @@ def cascade_of(joint: Joint, drive: Drive, values: Mapping[str, float], source: 
         set_point=_set_point(motor, drive, numbers, source),
         torque_limit=numbers.get("limits, torque", np.inf),
         windup=numbers.get("limits, windup"),
+        torque_forward=drive.torque_forward,
     )
 
 

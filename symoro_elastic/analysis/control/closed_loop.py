@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade
-from symoro_elastic.analysis.control.drive_laws import RD, RDD, XD, R, law_of
+from symoro_elastic.analysis.control.drive_laws import RD, RDD, TAU, XD, R, law_of
 from symoro_elastic.analysis.control.plant import Plant
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 
@@ -90,8 +90,14 @@ def closed_loop(plant: Plant, cascades: Sequence[Cascade], of_delay: int = 1) ->
         A[n : 2 * n, : 2 * n] -= np.outer(push, gains * seen)
         rates = (part.by_position, part.by_set_velocity, part.by_set_acceleration)
         for column, into, through in zip(columns, rates, part.of_set_point, strict=True):
-            column[own, k] = into
-            column[n : 2 * n, k] = push * through
+            column[own, k] += into
+            column[n : 2 * n, k] += push * through
+        if one.torque_forward:
+            rows = [[*plant.axes].index(name) for name in (one.motor, *(x.motor for x in cascades))]
+            for column, needed in zip(columns, reversed(plant.of_inverse_model), strict=True):
+                by = needed[rows[0], rows[1:]]
+                column[own] += np.outer(part.by_torque, by)
+                column[n : 2 * n] += np.outer(push * part.through_torque, by)
         first = own.stop
     motors = tuple(one.motor for one in cascades)
     return ClosedLoop(A, (columns[0], columns[1], columns[2]), by_force, motors, N)
@@ -109,6 +115,8 @@ class DriveSystem:
     by_set_acceleration: Array
     through: tuple[float, float]
     of_set_point: tuple[float, float, float]
+    by_torque: Array
+    through_torque: float
 
 
 def drive_system(one: Cascade, of_delay: int = 1) -> DriveSystem:
@@ -119,4 +127,6 @@ def drive_system(one: Cascade, of_delay: int = 1) -> DriveSystem:
         *(law.A, law.C, B[:, R], -B[:, XD], B[:, RD], B[:, RDD]),
         through=(D[R], -D[XD]),
         of_set_point=(D[R], D[RD], D[RDD]),
+        by_torque=B[:, TAU],
+        through_torque=float(D[TAU]),
     )

@@ -167,7 +167,19 @@ class AxisLoops:
         """Return the controlled position by its set point, all loops closed, at frequencies in Hz."""
         s, G_p, G_v = self.responses(frequencies)
         closed = 1 + self.cascade.controller(s) * (self.cascade.Kv * G_p + s * G_v)
-        return G_p / closed * self.cascade.forward(s)
+        found: ComplexArray = G_p / closed * (self.cascade.forward(s) + self._fed(s, self.cascade))
+        for one in (other for other in self.others if other.torque_forward):
+            torque = self.plant.axes[one.motor].velocity
+            moved = self.plant.response(s, (*self.others, self.cascade), self.axis.position, torque)
+            found = found + moved * self._fed(s, one)
+        return found
+
+    def _fed(self, s: ComplexArray, drive: Cascade) -> ComplexArray:
+        """Return the torque that the inverse model makes a drive give by the set point of this axis."""
+        if not drive.torque_forward:
+            return np.zeros_like(s)
+        found: ComplexArray = drive.path_at(s) * self.plant.needed_torque(s, drive.motor, self.cascade.motor)
+        return found
 
     def is_stable(self, **gains: float) -> bool:
         """Whether the loops are, with some gains; positions that no loop holds are free, and do not count."""

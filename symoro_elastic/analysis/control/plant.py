@@ -20,6 +20,7 @@ from symoro_elastic.analysis.vibration.linearization import Linearization
 from symoro_elastic.analysis.vibration.responses import with_modal_damping_slopes
 from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes
 from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.numerics.motion.signals import outputs
 
 BLOCK = 256
@@ -62,6 +63,25 @@ class Plant:
     def slopes(self) -> LinearSlopes:
         """Derivatives of M, D, K by all parameters."""
         return with_modal_damping_slopes(linear_slopes(self.linear), self.damping)
+
+    @cached_property
+    def of_inverse_model(self) -> tuple[Array, Array, Array]:
+        """M, D, K (m, m) that motors feel where springs do not deflect, in order of `axes`, damping ratios left out."""
+        linear, state = self.linear, self.linear.state
+        V = np.array([axis.velocity for axis in self.axes.values()])
+        if not np.array_equal(V @ V.T, np.eye(len(V))):
+            what = "torque = true is for motors whose variables are independent: leave it out"
+            raise InputError(linear.motion.source, "drives, feed_forward", what)
+        found = linear.motion.matrices(("M", "D", "K"), state.q, state.qd, state.qdd, state.torques)
+        M, D, K = (V @ matrix @ V.T for matrix in found)
+        return M, D, K
+
+    def needed_torque(self, s: ComplexArray, motor: str, by: str) -> ComplexArray:
+        """Return the torque (frequencies,) of a motor that the inverse model asks for by the position of another."""
+        names = [*self.axes]
+        m, d, k = (matrix[names.index(motor), names.index(by)] for matrix in self.of_inverse_model)
+        found: ComplexArray = s * s * m + s * d + k
+        return found
 
     def stiffness_at(self, s: ComplexArray, closed: Sequence[Cascade]) -> ComplexArray:
         """Return Z (frequencies, n, n) with some loops closed."""

@@ -226,7 +226,8 @@ def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[st
     kp, kd = reference.servo
     tau = reference.start.torques
     if reference.drives:
-        return forces | {"tau": np.tile(tau, (len(begins), len(nodes))), "r": y, "rd": yd, "rdd": ydd}
+        fed = reference.fed_torques(times).reshape(len(begins), -1)
+        return forces | {"tau": fed, "r": y, "rd": yd, "rdd": ydd}
     _, rate, change = reference.at(begins)
     return forces | {
         "tau": np.tile(tau, (len(begins), len(nodes))),

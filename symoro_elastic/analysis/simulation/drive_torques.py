@@ -11,8 +11,8 @@ from symoro_elastic.foundation.array_types import Array
 
 def inputs_of(reference: Reference, motion: Motion, controlled: Array, xd: Array) -> Array:
     """Return the inputs (N, m, 6) of all drives along a motion, with the positions (N, m) that are controlled."""
-    held = np.broadcast_to(reference.start.torques, xd.shape)
-    return np.stack([*reference.at(motion.t), controlled, xd, held], axis=-1)
+    fed = reference.fed_torques(motion.t)
+    return np.stack([*reference.at(motion.t), controlled, xd, fed], axis=-1)
 
 
 def states_of_drives(reference: Reference) -> Array:

@@ -14,6 +14,7 @@ from numpy.polynomial import Polynomial
 
 from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
 from symoro_elastic.analysis.control.driven_machine import load_ratio, measured_positions
+from symoro_elastic.analysis.simulation.fed_torques import InverseModelOfMotors
 from symoro_elastic.analysis.simulation.motor_coordinates import MotorCoordinates, with_motors_that_follow_exactly
 from symoro_elastic.analysis.simulation.moving_base import held_machine, rows, start_of_base
 from symoro_elastic.analysis.time_series.preparation import LONGEST_GAP
@@ -195,6 +196,18 @@ class Reference:
             found[:, :, frames.index(force.at)] += grown[..., None] * np.array(force.wrench)
         wrenches, rates = found.reshape(2, len(t), 6 * len(frames))
         return wrenches, rates
+
+    def fed_torques(self, t: Array) -> Array:
+        """Return the torques (N, m) given to drives at times (N,): those at the start, or of the inverse model."""
+        found = np.tile(self.start.torques, (len(t), 1))
+        fed = [k for k, one in enumerate(self.drives) if one.torque_forward]
+        if fed:
+            found[:, fed] = self._inverse_model(*self.at(t))[:, fed]
+        return found
+
+    @cached_property
+    def _inverse_model(self) -> InverseModelOfMotors:
+        return InverseModelOfMotors(self.machine, self.start.q)
 
     @cached_property
     def extent(self) -> float:

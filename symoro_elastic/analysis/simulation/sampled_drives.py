@@ -130,7 +130,7 @@ class SampledMotion(DrivenMotion):
         x, (xd,) = self.of_motors(motion)
         (r,), (rd,), (rdd,) = self.reference.at(np.array([t]))
         zc = self.held.samples[-1].zc_next if self.held.samples else self._states
-        read = (self.controlled(motion, x)[0], xd, r, rd, rdd, self.reference.start.torques, zc)
+        read = (self.controlled(motion, x)[0], xd, r, rd, rdd, self.reference.fed_torques(np.array([t]))[0], zc)
         u, zc_next = self._control(*read)
         return Sample(t, *read, u, zc_next)
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from symoro_elastic.formats.toml.key import FORMULA, TEXT, WHOLE, Key, Section, Type, reference_to
+from symoro_elastic.formats.toml.key import FORMULA, TEXT, TRUTH, WHOLE, Key, Section, Type, reference_to
 from symoro_elastic.formats.toml.tables import Number, Table
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import (
@@ -24,6 +24,7 @@ from symoro_elastic.machine.drives import (
     SetPointFilter,
     gain_unit,
     why_no_current_loop,
+    why_not_fed,
     why_wrong,
 )
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
@@ -54,7 +55,8 @@ CURRENT = Section(
 )
 FEED_FORWARD = Section(
     "feed_forward of [drives]",
-    "Shares of the set point's rates that are fed forward.",
+    "Shares of the set point's rates that are fed forward; the torque of the inverse model, with springs as they are "
+    "at the start.",
     (
         Key("velocity", FORMULA, "share of the velocity", "1", default=ONE, otherwise="1"),
         Key(
@@ -62,6 +64,11 @@ FEED_FORWARD = Section(
             default=ZERO,
             otherwise="0",
             unit="kg m2 or kg",
+        ),
+        Key(
+            *("torque", TRUTH, "whether the torque of the inverse model along all set points is fed forward", "true"),
+            default=False,
+            otherwise="false",
         ),
     ),
 )
@@ -166,6 +173,7 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
         lag=lag,
         velocity_forward=fed["velocity"],
         acceleration_forward=fed["acceleration"],
+        torque_forward=fed["torque"],
         filters=tuple(_filters(entry)),
         measured=MEASURED.read(entry),
         dead_time=DEAD_TIME.read(entry) if DEAD_TIME.name in entry.entries else None,
@@ -177,7 +185,7 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
         current_limit=electric[0],
         voltage_limit=electric[1],
     )
-    if wrong := why_no_current_loop(drive, joints[name]):
+    if wrong := why_no_current_loop(drive, joints[name]) or why_not_fed(drive):
         raise entry.fail(*wrong.split(": ", 1))
     _refuse_wrong(drive, entry, machine)
     return drive
@@ -273,7 +281,7 @@ def entries_of_drive(drive: Drive) -> dict[str, Any]:
         shared = {"compensation": one.compensation} if one.compensation != ZERO else {}
         found |= {"current": {"kp": one.kp, "ti": one.ti, **shared}}
     fed = (("velocity", drive.velocity_forward, ONE), ("acceleration", drive.acceleration_forward, ZERO))
-    shares = {key: x for key, x, usual in fed if x != usual}
+    shares = {key: x for key, x, usual in fed if x != usual} | ({"torque": True} if drive.torque_forward else {})
     found |= {"feed_forward": shares} if shares else {}
     limits = (("torque", drive.torque_limit), ("windup", drive.windup))
     electric = (("current", drive.current_limit), ("voltage", drive.voltage_limit))
