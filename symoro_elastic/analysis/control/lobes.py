@@ -37,12 +37,16 @@ IN_A_TURN, MOST_FREQUENCIES = 24, 100_000
 """Frequencies in each turn of e^(-i w T), at least, where there are no more."""
 MOST_SOLVED = 4
 """Borders that are solved for at a speed, those of the least depths at the frequencies beside."""
+NEAR = 0.7
+"""Of the least real part at a border, by a straight line between frequencies: nearer to zero none is solved for."""
 GROWS = 1e-7
 """Of the fastest pole: a motion that grows by less does not."""
 REAL = 1e-6
 """Of a number at a border: a smaller imaginary part is none."""
-IN_A_WAVE = 20
-"""Intervals of a semi-discretization in a wave: with fewer its depth is off by more than some 2 %."""
+IN_A_WAVE = 8
+"""Intervals of a semi-discretization in a wave: with fewer its depth is off by more than some 1 %."""
+PARTS, CHANGING = 64, 0.1
+"""Of the time between teeth, in which factors are compared, and of their mean: a smaller change does not matter."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +119,7 @@ def lobes_at(
             place = with_periodic(place, plant, whole.cascades, cut, speeds, intervals)
         places.append(place)
         progress(len(places), len(whole.plants))
-    notes = [*whole.notes, *_coarse(places, cut, speeds, intervals)] if intervals else whole.notes
+    notes = [*whole.notes, *(_coarse(places, cut, speeds, intervals) if intervals else _averaged(cut))]
     return Lobes(motion.machine.name, cut, speeds, tuple(places), tuple(notes))
 
 
@@ -154,6 +158,16 @@ def _coarse(places: Sequence[Lobe], cut: Cut, speeds: Array, intervals: int) -> 
     if not intervals < IN_A_WAVE * turns:
         return []
     return [f"{intervals} intervals are {intervals / turns:.2g} in a wave, fewer than {IN_A_WAVE}: give more of them"]
+
+
+def _averaged(cut: Cut) -> list[str]:
+    """Return a note where forces change as teeth turn, which the mean over a turn leaves out."""
+    mean = cut.factors()[0]
+    change = float(np.abs(cut.factors(PARTS) - mean).max() / np.abs(mean).max())
+    if change <= CHANGING:
+        return []
+    what = f"forces differ from their mean by up to {change:.0%} of it as teeth turn"
+    return [f"{what}: depths at a speed may be far off, give --intervals, as 40"]
 
 
 def _refuse_unstable(plant: Plant, cascades: Sequence[Cascade]) -> None:
@@ -250,8 +264,10 @@ class _Tool:
         """Return (crossings, 2) numbers of frequencies and of eigenvalues behind which borders are crossed."""
         before = (1 - np.exp(-laplace(tried) * period))[:, None] * known
         changes = np.argwhere(np.sign(before.imag[:-1]) * np.sign(before.imag[1:]) < 0)
-        real = np.minimum(before.real[:-1], before.real[1:])[tuple(changes.T)]
-        found: AnyArray = changes[np.argsort(real)][:MOST_SOLVED]
+        low, high = before[:-1][tuple(changes.T)], before[1:][tuple(changes.T)]
+        real = low.real - low.imag * (high.real - low.real) / (high.imag - low.imag)
+        order = np.argsort(real)[:MOST_SOLVED]
+        found: AnyArray = changes[order[real[order] <= NEAR * real.min(initial=0.0)]]
         return found
 
     def influences(self, frequency: float) -> dict[str, float]:

@@ -20,7 +20,6 @@ from symoro_elastic.analysis.control.largest_gain import LargestGain, Terms, lar
 from symoro_elastic.analysis.control.plant import Axis, Plant, response_slopes
 from symoro_elastic.analysis.vibration.modes import damped_poles
 from symoro_elastic.foundation.array_types import Array, ComplexArray
-from symoro_elastic.foundation.packages import for_vibrations
 
 POINTS = 1200
 AROUND = np.linspace(-4, 4, 17)
@@ -302,18 +301,17 @@ def margins(of: Callable[[Array], ComplexArray], frequencies: Array) -> Margins:
 def least(of: Callable[[Array], Array], frequencies: Array) -> tuple[float, float]:
     """Return the least value over frequencies and its place, Hz, refined between its neighbours."""
     k = int(np.nanargmin(of(frequencies)))
-    return refined_minimum(lambda f: float(of(np.array([f]))[0]), frequencies, k)
+    return refined_minimum(of, frequencies, k)
 
 
 def crossings(of: Callable[[Array], Array], frequencies: Array) -> list[float]:
     """Return the frequencies, Hz, at which a function changes its sign."""
     values = of(frequencies)
     changes = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    solve = for_vibrations("scipy.optimize").brentq
-    return [
-        float(solve(lambda f: float(of(np.array([f]))[0]), frequencies[k], frequencies[k + 1], rtol=1e-13))
-        for k in changes
-    ]
+    if not len(changes):
+        return []
+    found: list[float] = roots(of, frequencies[changes], frequencies[changes + 1]).tolist()
+    return found
 
 
 def roots(of: Callable[[Array], Array], low: Array, high: Array) -> Array:

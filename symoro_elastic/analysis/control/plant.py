@@ -84,26 +84,27 @@ class Plant:
         return found
 
     def stiffness_at(self, s: ComplexArray, closed: Sequence[Cascade]) -> ComplexArray:
-        """Return Z (frequencies, n, n) with some loops closed."""
-        linear, s_ = self.linear, s[:, None, None]
-        Z = s_ * s_ * linear.M + s_ * linear.D + linear.K
+        """Return N^T Z N (frequencies, free, free) with some loops closed: one product of coefficients and matrices."""
+        N, linear = self.free, self.linear
+        coefficients, matrices = [s * s, s, np.ones_like(s)], [linear.M, linear.D, linear.K]
         for one in closed:
-            axis = self.axes[one.motor]
-            seen = one.Kv * axis.position + s[:, None] * axis.velocity
-            Z = Z + one.controller(s)[:, None, None] * axis.velocity[:, None] * seen[:, None, :]
-            if one.current:
-                braked = s * one.current.dragged(s)
-                Z = Z + braked[:, None, None] * np.outer(axis.velocity, axis.velocity)
-        return Z
+            axis, C = self.axes[one.motor], one.controller(s)
+            braked = C + one.current.dragged(s) if one.current else C
+            coefficients += [one.Kv * C, s * braked]
+            matrices += [np.outer(axis.velocity, axis.position), np.outer(axis.velocity, axis.velocity)]
+        flat = (N.T @ np.array(matrices) @ N).reshape(len(matrices), -1).astype(complex)
+        found: ComplexArray = (np.stack(coefficients, axis=1) @ flat).reshape(len(s), N.shape[1], -1)
+        return found
 
     def moved(self, s: ComplexArray, closed: Sequence[Cascade], forces: Array) -> ComplexArray:
         """Return Z^-1 F (frequencies, n, forces) with some loops closed."""
         found = np.empty((len(s), *forces.shape), dtype=complex)
         N = self.free
+        pushed = (N.T @ forces).astype(complex)[None]
         for first in range(0, len(s), BLOCK):
             part = slice(first, first + BLOCK)
-            Z = N.T @ self.stiffness_at(s[part], closed) @ N
-            found[part] = N @ np.linalg.solve(Z, (N.T @ forces).astype(complex)[None])
+            moved = np.linalg.solve(self.stiffness_at(s[part], closed), pushed)
+            found[part] = N @ moved if self.held else moved
         return found
 
     def response(self, s: ComplexArray, closed: Sequence[Cascade], row: Array, force: Array) -> ComplexArray:
@@ -136,7 +137,7 @@ def response_slopes(
     depend, are left out.
     """
     N, slopes = plant.free, plant.slopes
-    Z = N.T @ plant.stiffness_at(np.array([s]), closed)[0] @ N
+    Z = plant.stiffness_at(np.array([s]), closed)[0]
     x, left = N @ np.linalg.solve(Z, N.T @ force), N @ np.linalg.solve(Z.T, N.T @ row)
     found = -(left @ (s * s * slopes.M + s * slopes.D + slopes.K) @ x)
     return dict(zip(slopes.names, found.tolist(), strict=True))

@@ -13,7 +13,7 @@ from symoro_elastic.analysis.control.cutting import Cut, Milling
 from symoro_elastic.analysis.control.lobes import followed
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from tests.analysis.control.test_lobes import CUTTING, MASS, RATIO, STIFFNESS, spindle
+from tests.analysis.control.test_lobes import CUTTING, MASS, RATIO, STIFFNESS, growth, spindle
 
 pytest.importorskip("scipy.linalg")
 
@@ -74,13 +74,36 @@ def test_factors_of_parts_are_those_of_teeth_at_their_angles() -> None:
 
 
 def test_semi_discretization_of_the_published_example() -> None:
-    """Insperger and Stepan's mass at 12 000 turns per minute, one tooth: depths at 40 and 160 intervals; 1 % at 320."""
+    """Insperger and Stepan's mass at 12 000 turns per minute, one tooth: depths of theirs at 40 and 160 intervals.
+
+    Forces have one direction, so the depth of the lobes is exact: with means of two values 8.8 % and 0.5 % are the
+    error of their intervals, which falls with the square; with polynomials it is 0.4 % and 0.0016 %.
+    """
+    solve = pytest.importorskip("scipy.optimize").brentq
     given = {"direction": "tool.z", "cutting": CUTTING, "speeds": (12_000, 12_000, 1)}
-    for intervals, depth in ((40, 5.890e-5), (160, 5.444e-5)):
+    for intervals, depth, error in ((40, 5.89046e-5, 4e-3), (160, 5.44411e-5, 2e-5)):
+        theirs = solve(lambda b: growth(spindle(), b, 12_000, intervals) - 1, 4e-5, 7e-5, xtol=1e-13)  # noqa: B023
+        assert theirs == pytest.approx(depth, abs=1e-10)
         (place,) = se.lobes(spindle(), intervals=intervals, **given).places
-        assert place.periodic == pytest.approx([depth], abs=0.5e-8)
-    (place,) = se.lobes(spindle(), intervals=320, **given).places
-    assert place.periodic == pytest.approx(place.depths, rel=0.0015)
+        assert place.periodic == pytest.approx(place.depths, rel=error)
+
+
+def test_errors_of_intervals_fall_with_their_fourth_power() -> None:
+    """At 5000 to 20 000 turns per minute, up to 11 waves between two teeth: 0.6 % at 80 intervals, 0.04 % at 160."""
+    given = {"direction": "tool.z", "cutting": CUTTING, "speeds": (5_000, 20_000, 4)}
+    errors = []
+    for intervals in (80, 160):
+        (place,) = se.lobes(spindle(), intervals=intervals, **given).places
+        assert place.periodic is not None
+        errors.append(np.abs(place.periodic / place.depths - 1))
+    assert errors[0].max() < 7e-3 and errors[1].max() < 5e-4
+    assert (errors[0] / errors[1] > 12).all()
+
+
+def test_a_note_says_where_the_mean_of_forces_does_not_do() -> None:
+    given = {"direction": X, "across": Y, "cutting": CUTTING, "radial": RADIAL, "speeds": (9e3, 9e3, 1)}
+    notes = [se.lobes(tool(), teeth=teeth, immersion=share, **given).notes for teeth, share in ((2, 0.1), (8, 1.0))]
+    assert "give --intervals" in notes[0][-1] and notes[1] == ()
 
 
 @pytest.mark.parametrize(("immersion", "down"), [(1.0, False), (0.5, True)])
