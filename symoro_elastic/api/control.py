@@ -48,7 +48,14 @@ def control(machine: MachineLike, options: Controlling) -> Control:
     distances = Distances(options.modulus, options.position_modulus)
     with placed({"--output": "--compliance"}):
         found = control_at(
-            motion, states, distances, options.damping, options.tune, options.compliances, options.progress
+            motion,
+            states,
+            distances,
+            options.damping,
+            options.tune or options.optimum,
+            options.compliances,
+            options.progress,
+            options.optimum,
         )
     return replace(found, rules=ruled(found.plants, found.cascades)) if options.rule else found
 

@@ -315,6 +315,7 @@ class Controlling(ParametersAndScene):
     """What `control` takes."""
 
     tune: bool = switch('Find all gains, not only those that the file calls "tuned".')
+    optimum: bool = switch("Find all gains together: the least peak of the compliances that these distances leave.")
     rule: bool = switch("Also gains by published rules: amount and symmetrical optimum, Kv = 1/(4 T_v).")
     modulus: float = option(
         0.5, "X", "Distance of velocity loops from instability, the least |1 + L|, for the largest gain.", kinds.NUMBER,

@@ -29,6 +29,7 @@ from symoro_elastic.analysis.control.loops import (
     loops_of,
     margins,
 )
+from symoro_elastic.analysis.control.optimum import refuse_mixed
 from symoro_elastic.analysis.control.plant import Plant, position_row
 from symoro_elastic.analysis.control.rules import RuledAxis
 from symoro_elastic.analysis.control.sampled import sampled_loop
@@ -151,16 +152,19 @@ def control_at(
     tune: bool = False,
     wanted: Sequence[str] = (),
     progress: Progress = no_progress,
+    together: bool = False,
 ) -> Control:
     """Return what the drives of a machine make of it at some states, with the position of each.
 
-    With `tune` all gains are sought, else those that the file leaves to tuning. `wanted` are outputs whose compliance
-    is given. Raises `InputError`.
+    With `tune` all gains are sought, else those that the file leaves to tuning; `together` they have the least peak of
+    compliance. `wanted` are outputs whose compliance is given. Raises `InputError`.
     """
     refuse_without_drives(motion)
     signals = tuple(wanted) or default_compliances(motion.given)
     refuse_velocities(motion.given, signals, "--output")
-    whole = driven_machine(motion, states, distances, damping, tune, signals)
+    if together:
+        refuse_mixed(motion, signals)
+    whole = driven_machine(motion, states, distances, damping, tune, signals, together)
     plants, cascades = whole.plants, whole.cascades
     places = []
     for k, plant in enumerate(plants):

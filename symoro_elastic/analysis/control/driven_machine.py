@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
+from symoro_elastic.analysis.control.optimum import optimum
 from symoro_elastic.analysis.control.plant import Axis, Plant, position_row
 from symoro_elastic.analysis.control.tuning import Distances, tuned
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize
@@ -42,11 +43,18 @@ class DrivenMachine:
 
 
 def driven_machine(
-    motion: EquationsOfMotion, states: States, distances: Distances, damping: float, tune: bool, signals: Sequence[str]
+    motion: EquationsOfMotion,
+    states: States,
+    distances: Distances,
+    damping: float,
+    tune: bool,
+    signals: Sequence[str],
+    together: bool = False,
 ) -> DrivenMachine:
     """Return a machine at some states with its drives; with `tune` all gains are sought, else those left to tuning.
 
-    `signals` are outputs that have rows in the linearizations. Raises `InputError`.
+    `signals` are outputs that have rows in the linearizations; gains that are sought `together` have the least peak of
+    their compliances. Raises `InputError`.
     """
     drives = drives_of(motion.asked).by_motor
     joints = {joint.name: joint for joint in motion.asked.joints}
@@ -61,7 +69,11 @@ def driven_machine(
         for plant in plants:
             _refuse_undamped(plant)
         cascades = tuned(plants, cascades, distances)
-    return DrivenMachine(plants, tuple(cascades), found, _notes(plants[0], cascades))
+    notes = _notes(plants[0], cascades)
+    if together and found:
+        best = optimum(plants, cascades, distances, signals)
+        cascades, notes = [*best.cascades], (*notes, best.told(signals))
+    return DrivenMachine(plants, tuple(cascades), found, notes)
 
 
 def refuse_without_drives(motion: EquationsOfMotion) -> None:
