@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 
-from symoro_elastic.machine.columns import Cell, Dimension, cells, columns
+from symoro_elastic.machine.columns import LARGEST_SHARE, LEAST_ROUNDING, WITHOUT, Cell, Dimension, cells, columns
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.format_names import TOML
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree, names_in
@@ -34,17 +34,6 @@ from symoro_elastic.quantities.units import Powers, in_base_units
 
 MOST_JOINTS = 1000
 """Rows of a table; the models of larger ones take hours."""
-LARGEST_SHARE = 0.9
-"""Of a load in its own friction, which stops the joint at 1, and of a bristle that is elastic."""
-
-
-LEAST_ROUNDING = 1e-4
-"""Of a backlash: at sharper edges digits are lost, and no step is small enough."""
-WITHOUT = {
-    Dimension.CREEP: "dry friction jumps at rest",
-    Dimension.BACKLASH: "the spring is straight, or its edges are rounded by backlash/50",
-}
-"""Laws without a cell that cannot be 0."""
 
 
 def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None) -> list[str]:

@@ -72,6 +72,16 @@ NOT_NEGATIVE = (
     *(Dimension.RESISTANCE, Dimension.INDUCTANCE, Dimension.TORQUE_CONSTANT, Dimension.BACK_EMF),
 )
 
+LARGEST_SHARE = 0.9
+"""Of a load in its own friction, which stops the joint at 1, and of a bristle that is elastic."""
+LEAST_ROUNDING = 1e-4
+"""Of a backlash: at sharper edges digits are lost, and no step is small enough."""
+WITHOUT = {
+    Dimension.CREEP: "dry friction jumps at rest",
+    Dimension.BACKLASH: "the spring is straight, or its edges are rounded by backlash/50",
+    Dimension.PER_TURN: "leave cogging out, too",
+}
+"""Laws without a cell that cannot be 0."""
 OF_ROTORS = (
     *(Dimension.ROTOR_INERTIA, Dimension.TORQUE_CONSTANT, Dimension.BACK_EMF),
     *(Dimension.COGGING, Dimension.PER_TURN),

@@ -168,6 +168,28 @@ def why_wrong(key: str, x: float) -> str:
     return f"{x:g} is negative" if x < 0 else ""
 
 
+def fault_of(drive: Drive, joint: Joint) -> tuple[str, str]:
+    """Return the key of what a drive cannot have, and why, with the way out; ("", "") where all is well."""
+    reason = why_no_current_loop(drive, joint) or why_not_fed(drive) or _why_idle(drive)
+    key, _, what = reason.partition(": ")
+    return key, what
+
+
+def _why_idle(drive: Drive) -> str:
+    """Return why one of its parts does nothing, or is none."""
+    if drive.windup is not None:
+        for name, x in (("torque", drive.torque_limit), ("Tn", drive.Tn)):
+            if x is None:
+                return f"limits, windup: there is no {name} that it belongs to: give {name}, or leave windup out"
+    if isinstance(drive.set_point, Average) and drive.period is None:
+        return "set_point, average: is of samples: give the drive a period, or take lowpass"
+    places = [(f"filter {k}", one) for k, one in enumerate(drive.filters, start=1)]
+    for place, one in (*places, ("set_point", drive.set_point)):
+        if isinstance(one, LowPass) and one.order not in (1, 2):
+            return f"{place}, order: {one.order}: a low-pass filter is of order 1 or 2"
+    return ""
+
+
 def why_not_fed(drive: Drive) -> str:
     """Return why a drive cannot feed the inverse model forward, with the way out; empty where it can."""
     if not drive.torque_forward:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.columns import Cell, Dimension, cells, with_cells
+from symoro_elastic.machine.columns import LARGEST_SHARE, LEAST_ROUNDING, WITHOUT, Cell, Dimension, cells, with_cells
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
@@ -59,28 +59,48 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
 
 
 def refuse_wrong_signs(machine: Machine, given: Collection[str], values: dict[str, float]) -> dict[str, float]:
-    """Return the values; raises `InputError` where a given one makes a mass, a stiffness, ... negative."""
+    """Return the values; raises `InputError` where a given one makes a cell what a file may not give.
+
+    That is negative masses and stiffnesses, a creep velocity of 0, a share near 1, edges too sharp of a backlash.
+    """
     owners: list[tuple[str, Any]] = [(joint.name, joint) for joint in machine.joints]
     owners += [("base", body) for body in machine.free_bodies]
     for name, owner in owners:
         for cell, formula in cells(owner):
             is_given = not formula.names.isdisjoint(given) and formula.names <= values.keys()
-            dimension = cell.column.dimension
-            if is_given and dimension.is_nonnegative:
-                _refuse_negative(machine, f"{name}.{cell.name}", formula, values, dimension is Dimension.BACKLASH)
+            if is_given:
+                _refuse_wrong(machine, f"{name}.{cell.name}", cell.column.dimension, formula, values)
+        if isinstance(owner, Joint):
+            _refuse_sharp(machine, owner, given, values)
     return values
 
 
-def _refuse_negative(
-    machine: Machine, place: str, formula: Formula, values: Mapping[str, float], is_positive: bool
+def _refuse_wrong(
+    machine: Machine, place: str, dimension: Dimension, formula: Formula, values: Mapping[str, float]
 ) -> None:
     try:
         value = formula.value(values)
     except FormulaError as error:
         raise InputError(machine.label, place, str(error)) from None
-    if value < 0 or (value == 0 and is_positive):
-        what = "is negative" if value < 0 else "must be above 0"
+    what = ""
+    if value < 0 and dimension.is_nonnegative:
+        what = "is negative"
+    elif value == 0 and dimension in WITHOUT:
+        what = "must be above 0"
+    elif value >= LARGEST_SHARE and dimension is Dimension.SHARE:
+        what = f"must be below {LARGEST_SHARE}"
+    if what:
         raise InputError(machine.label, place, f"{what}: {value:g} by {_by(formula, values)}")
+
+
+def _refuse_sharp(machine: Machine, joint: Joint, given: Collection[str], values: Mapping[str, float]) -> None:
+    rounding, backlash = joint.spring.rounding, joint.spring.backlash
+    names = rounding.names | backlash.names
+    if rounding.is_zero or names.isdisjoint(given) or not names <= values.keys():
+        return
+    if rounding.value(values) < LEAST_ROUNDING * backlash.value(values):
+        what = f"is sharper than {LEAST_ROUNDING:g} of the backlash: {rounding.value(values):g}, give more"
+        raise InputError(machine.label, f"{joint.name}.rounding", what)
 
 
 def _by(formula: Formula, values: Mapping[str, float]) -> str:

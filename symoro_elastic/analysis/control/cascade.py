@@ -17,17 +17,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.drives import (
-    NEEDED,
-    TUNED,
-    Drive,
-    Filter,
-    LowPass,
-    Notch,
-    why_no_current_loop,
-    why_not_fed,
-    why_wrong,
-)
+from symoro_elastic.machine.drives import NEEDED, TUNED, Drive, Filter, LowPass, Notch, fault_of, why_wrong
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.models.control import samples_of_mean
@@ -276,8 +266,8 @@ class Cascade:
 def cascade_of(joint: Joint, drive: Drive, values: Mapping[str, float], source: str) -> Cascade:
     """Return the drive of a joint with values of its formulas; raises `InputError` for numbers that no drive has."""
     motor = joint.name
-    if wrong := why_no_current_loop(drive, joint) or why_not_fed(drive):
-        key, what = wrong.split(": ", 1)
+    key, what = fault_of(drive, joint)
+    if key:
         raise InputError(source, f"drives, {motor}, {key}", what)
     numbers = {key: _value(motor, key, formula.value, values, source) for key, formula in drive.formulas}
     sought = tuple(key for key in ("Kp", "Tn", "Kv") if getattr(drive, key) is TUNED)

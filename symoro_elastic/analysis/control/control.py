@@ -137,6 +137,15 @@ class Control(Result):
         """All loops closed, as one linear system at each position."""
         return tuple(closed_loop(plant, self.cascades) for plant in self.plants)
 
+    def to_control(self, place: int = 0) -> dict[str, Any]:
+        """Return `closed`, all loops as a `control.StateSpace`, and open loops as frequency responses, by name.
+
+        Of the position of this number. Raises `InputError` without python-control.
+        """
+        from symoro_elastic.analysis.control.export import systems_for_control
+
+        return systems_for_control(self, place)
+
     @property
     def headline(self) -> str:
         """Machine, axes and positions."""

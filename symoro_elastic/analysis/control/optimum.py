@@ -244,7 +244,7 @@ class _Closed:
 
     def _pushed(self, output: int) -> ComplexArray:
         right = self.rows()[:, :, self.m + output, None]
-        found: ComplexArray = np.linalg.solve(self.matrix(), right)[:, :, 0]
+        found: ComplexArray = np.asarray(np.linalg.solve(self.matrix(), right)[:, :, 0], dtype=complex)
         return found
 
     def compliance_slopes(self, output: int, keys: Sequence[tuple[int, str]]) -> Array:
@@ -420,7 +420,7 @@ def _peak_of(one: _Responses, drives: tuple[Cascade, ...], output: int) -> Calla
 
 
 def _dips(values: Array, below: float) -> Array:
-    """Return the numbers of values that are no higher than their neighbours and lower than `below`, and of the lowest."""
+    """Return the numbers of values that are no higher than their neighbours and lower than `below`; of the lowest."""
     ends = np.concatenate([[np.inf], values, [np.inf]])
     is_dip = (values <= ends[:-2]) & (values <= ends[2:]) & (values < below)
     found: Array = np.union1d(np.flatnonzero(is_dip), [int(values.argmin())])

@@ -22,9 +22,8 @@ from symoro_elastic.machine.drives import (
     LowPass,
     Notch,
     SetPointFilter,
+    fault_of,
     gain_unit,
-    why_no_current_loop,
-    why_not_fed,
     why_wrong,
 )
 from symoro_elastic.machine.formula import ZERO, Formula, FormulaError
@@ -185,8 +184,9 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
         current_limit=electric[0],
         voltage_limit=electric[1],
     )
-    if wrong := why_no_current_loop(drive, joints[name]) or why_not_fed(drive):
-        raise entry.fail(*wrong.split(": ", 1))
+    key, what = fault_of(drive, joints[name])
+    if key:
+        raise entry.fail(key, what)
     _refuse_wrong(drive, entry, machine)
     return drive
 
@@ -209,9 +209,6 @@ def _limits(entry: Table, joint: Joint) -> tuple[Formula | None, Formula | None]
     of = entry.table("limits").only(LIMITS.names)
     torque = replace(TORQUE, unit="N" if joint.sigma == 1 else "N m")
     found = [key.read(of) if key.name in of.entries else None for key in (torque, WINDUP)]
-    for name, without in ((TORQUE.name, found[0] is None), (TN.name, TN.name not in entry.entries)):
-        if found[1] is not None and without:
-            raise of.fail(WINDUP.name, f"there is no {name} that it belongs to: give {name}, or leave windup out")
     return found[0], found[1]
 
 
@@ -223,8 +220,6 @@ def _set_point(entry: Table) -> SetPointFilter:
     if kinds == [LOWPASS.name]:
         return _low_pass(of)
     of.only((AVERAGE.name,))
-    if PERIOD.name not in entry.entries:
-        raise of.fail(AVERAGE.name, "is of samples: give the drive a period, or take lowpass")
     return Average(AVERAGE.read(of))
 
 
@@ -247,10 +242,7 @@ def _notch(one: Table) -> Notch:
 
 def _low_pass(one: Table) -> LowPass:
     of = one.only((LOWPASS.name, ORDER.name))
-    order: int = ORDER.read(of)
-    if order not in (1, 2):
-        raise of.fail(ORDER.name, f"{order}: a low-pass filter is of order 1 or 2")
-    return LowPass(LOWPASS.read(of), order)
+    return LowPass(LOWPASS.read(of), ORDER.read(of))
 
 
 def _refuse_wrong(drive: Drive, entry: Table, machine: Machine) -> None:
