@@ -87,12 +87,13 @@ class EquationsOfMotion:
         machine = with_independent_motors(machine)
         self.given, self.points = machine, points
         self.followers = followers(machine)
-        self.machine = with_named_cells(_without_coulomb(machine))
+        self._judged = with_named_cells(machine)
+        self.machine = _without_coulomb(self._judged)
         self.joints = self.machine.independent_joints
         self.names = [joint.name for joint in self.joints]
         self.motors = list(self.machine.motor_entries)
         self.bound = Bound(self.machine, points=points)
-        self.given_values, self.parameters = dict(values or {}), _values(self.machine, values or {})
+        self.given_values, self.parameters = dict(values or {}), _values(self._judged, values or {})
         self.assembled = AssembledLoops(self.bound, self.parameters)
         self.traced: dict[Any, Any] = {}
 
@@ -100,7 +101,7 @@ class EquationsOfMotion:
         """Return the equations at other values of parameters; what is traced is shared. Raises `InputError`."""
         found = object.__new__(EquationsOfMotion)
         found.__dict__.update(self.__dict__)
-        found.given_values, found.parameters = dict(values), _values(self.machine, values)
+        found.given_values, found.parameters = dict(values), _values(self._judged, values)
         found.assembled = self.assembled.at_values(found.parameters)
         return found
 
