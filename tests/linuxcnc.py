@@ -58,6 +58,13 @@ int hal_pin_s32_newf(int way, void **at, int id, const char *format, ...)
     va_start(list, format);
     return made(at, format, list);
 }
+int hal_pin_bit_newf(int way, void **at, int id, const char *format, ...)
+{
+    va_list list;
+    (void)way; (void)id;
+    va_start(list, format);
+    return made(at, format, list);
+}
 int hal_export_funct(const char *name, function f, void *inst, int fp, int reentrant, int id)
 {
     (void)name; (void)reentrant; (void)id;
@@ -124,6 +131,15 @@ class Component:
             row[:] = [at[0] for at in tau]
         return found
 
+    def controlled(self, enable: bool, given: Mapping[str, Array], motors: int) -> Array:
+        """Return u (motors,) for arrays (motors,) on pins, after one call."""
+        self._pin("enable", ctypes.c_uint8)[0] = enable
+        for name, values in given.items():
+            for k, x in enumerate(values):
+                self._pin(f"{name}{k}", ctypes.c_double)[0] = x
+        self.hal.run()
+        return np.array([self._pin(f"u{k}", ctypes.c_double)[0] for k in range(motors)])
+
     def branch(self, number: int) -> None:
         """Set the pin that chooses a solution."""
         self._pin("branch", ctypes.c_int32)[0] = number
@@ -185,8 +201,9 @@ def by_own(text: str, name: str, folder: Path) -> Component:
     """Return a component whose C is compiled strictly, with pins as halcompile makes them."""
     folder.mkdir(parents=True, exist_ok=True)
     declared, _, code = text.partition("\n;;\n")
-    pins = re.findall(r"^pin (in|out) (float|s32) ([\w-]+)#?(?:\[(\d+)\])?(?: = (-?\d+))?", declared, re.MULTILINE)
-    types = {"float": "double", "s32": "int"}
+    pins = re.findall(r"^pin (in|out) (float|s32|bit) ([\w-]+)#?(?:\[(\d+)\])?(?: = (-?\d+))?", declared, re.MULTILINE)
+    types = {"float": "double", "s32": "int", "bit": "unsigned char"}
+    made = {of: kind for kind, of in types.items()}
     lines = ["#include <string.h>", "#include <stdio.h>", "struct __comp_state {"]
     names = [(way, types[kind], re.sub(r"[-._]*#+", "", pin).strip("-").replace("-", "_"), size, value, pin.rstrip("#"))
              for way, kind, pin, size, value in pins]  # fmt: skip
@@ -196,9 +213,7 @@ def by_own(text: str, name: str, folder: Path) -> Component:
     for _, kind, pin, size, value, hal in names:
         label = f'"{name.replace("_", "-")}.{hal}{"%d" if size else ""}"'
         lines.append(f"    for (int j = 0; j < {size or 1}; j++) {{")
-        lines.append(
-            f"        hal_pin_{'float' if kind == 'double' else 's32'}_newf(0, (void **)&own.{pin}[j], 1, {label}, j);"
-        )
+        lines.append(f"        hal_pin_{made[kind]}_newf(0, (void **)&own.{pin}[j], 1, {label}, j);")
         lines.append(f"        *own.{pin}[j] = {value or 0};\n    }}")
     lines += ["    own_function();", "    return 0;", "}"]
     for way, _, pin, size, _, _ in names:
@@ -220,6 +235,7 @@ def by_own(text: str, name: str, folder: Path) -> Component:
 HAL_OF_STUB = (
     "int hal_pin_float_newf(int, void **, int, const char *, ...);",
     "int hal_pin_s32_newf(int, void **, int, const char *, ...);",
+    "int hal_pin_bit_newf(int, void **, int, const char *, ...);",
     "int hal_export_funct(const char *, void (*)(void *, long), void *, int, int, int);",
     "static void own_function(void);",
 )

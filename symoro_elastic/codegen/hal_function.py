@@ -74,7 +74,7 @@ class HalFunction:
         about = f"{self.function.title[:1].upper()}{self.function.title[1:]} {self.function.equations}."
         yield comment(in_comment(about))
         arrays = [f"const double {a.name}[{a.size}]" for a in self.function.arguments if a.size]
-        arrays += [f"double {output.name}[{len(output.entries)}]" for output in self.function.program.outputs]
+        arrays += [f"double {x.name}[{len(x.entries)}]" for x in self.function.program.outputs if x.entries]
         yield with_arguments(f"static void {self.name}", arrays)
 
     def _declared(self) -> Iterator[str]:

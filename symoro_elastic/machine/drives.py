@@ -178,8 +178,8 @@ def fault_of(drive: Drive, joint: Joint) -> tuple[str, str]:
 def _why_idle(drive: Drive) -> str:
     """Return why one of its parts does nothing, or is none."""
     if drive.windup is not None:
-        for name, x in (("torque", drive.torque_limit), ("Tn", drive.Tn)):
-            if x is None:
+        for name, is_there in (("torque", drive.torque_limit or drive.current_limit), ("Tn", drive.Tn)):
+            if is_there is None:
                 return f"limits, windup: there is no {name} that it belongs to: give {name}, or leave windup out"
     if isinstance(drive.set_point, Average) and drive.period is None:
         return "set_point, average: is of samples: give the drive a period, or take lowpass"
@@ -215,7 +215,4 @@ def why_no_current_loop(drive: Drive, joint: Joint) -> str:
     if missing:
         what = f"give {', '.join(missing)} of {joint.name} below [motors], or current = {{ lag = 2e-4 }}"
         return f"current, kp: needs the winding of the motor: {what}"
-    if drive.period is not None:
-        what = "leave out period, or give current = { lag = 2e-4 }"
-        return f"current, kp: sampled drives have no electrics yet: {what}"
     return ""

@@ -53,9 +53,6 @@ def sampled_drives(machine: Machine) -> dict[int, Drive]:
         if one.period is None:
             what = "is missing: a controller is code that is called once in each period, as 1e-3"
             raise machine.error(f"drives, {name}, period", what)
-        if one.current:
-            what = "sampled drives have no electrics yet: give current = { lag = 2e-4 }"
-            raise machine.error(f"drives, {name}, current, kp", what)
         found[j] = one
     if not found:
         raise machine.error("drives", "the machine has no motor")
@@ -195,16 +192,26 @@ class _Law:
         xi = 0 if integral is None else self._named(integral + self.period * e, "xi")
         tau_u = self._named(self.Kp * (e + xi / self.Tn) + rfdd + given["tau"], "tauu")
         tau_f = self._filtered(tau_u)
-        if drive.torque_limit is None:
-            u = tau_f
-        else:
-            u = self._named(clamp(bound.graph, tau_f, bound.cell(drive.torque_limit)), "taul")
+        u, limits = tau_f, self._limits()
+        for limit in limits:
+            u = clamp(bound.graph, u, limit)
+        if limits:
+            u = self._named(u, "taul")
         if integral is not None:
-            if drive.torque_limit is not None:
+            if limits:
                 Tt = self.Tn if drive.windup is None else bound.cell(drive.windup)
                 xi = xi + (u - tau_f) * (self.period * self.Tn / (self.Kp * Tt))
             self.memory.later.insert(where, xi)
         return _Controller(u, self.memory)
+
+    def _limits(self) -> list[Scalar]:
+        """Return the limits of the torque: its own, and that of the current times Kt of the joint's axis."""
+        bound, drive = self.bound, self.drive
+        found = [] if drive.torque_limit is None else [bound.cell(drive.torque_limit)]
+        if drive.current_limit is not None:
+            constant = bound.machine.joint(self.j).reflected_electrics.torque_constant
+            found.append(bound.cell(constant) * bound.cell(drive.current_limit))
+        return found
 
     def _set_points(self) -> tuple[Scalar, Scalar, Scalar]:
         """Return rf, and the shares kfv rfd and kfa rfdd; each has a filter of its own, where its share is not zero."""

@@ -267,3 +267,42 @@ def test_machines_without_a_closed_form_are_refused_with_the_reason() -> None:
 def test_long_names_are_refused() -> None:
     with pytest.raises(InputError, match=r"too long for names of pins: at most 24 characters"):
         render_linuxcnc(replace(torques_of("two_axis"), name="a" * 25))
+
+
+@pytest.mark.parametrize("bench", BENCHES)
+@pytest.mark.parametrize("states", [True, False])
+def test_controllers_have_the_bits_of_c(states: bool, bench: Bench, tmp_path: Path) -> None:
+    """They begin when they are enabled, keep their states, begin anew after a stop; pins in degrees."""
+    from tests.references.controlled import PLAIN, controlled, drive
+
+    one = drive() if states else PLAIN
+    package = programs(controlled(motor=one), Scene(models=("control", "control_start"))).package
+    (made,) = render_linuxcnc(package).values()
+    component = bench(made, f"{package.name}_control", tmp_path)
+    for file, text in render_c(package).items():
+        (tmp_path / file).write_text(text)
+    library, motors = compiled(tmp_path, tmp_path, "cc", package.name), len(package.motor_names)
+    sizes = {a.name: a.size for a in package.functions[0].arguments}
+    rng, zc, k = np.random.default_rng(9), np.zeros(max(sizes.get("zc", 0), 1)), 0
+    names = ("measured", "speed", "r", "rd", "rdd", "tau")
+    units = {name: 1.0 if name == "tau" else DEGREE for name in names}
+    p = np.array([parameter.value for parameter in package.parameters])
+
+    def call(model: str, given: list[Array], found: list[Array]) -> None:
+        arrays = [*given, p, *found]
+        getattr(library, f"{package.name}_{model}")(*(x.ctypes.data_as(ctypes.c_void_p) for x in arrays))
+
+    for k in range(40):
+        enable = k not in (0, 17)
+        given = {name: rng.uniform(-30, 30, motors) for name in names}
+        found = component.controlled(enable, given, motors)
+        if not enable:
+            assert (found == 0).all()
+            continue
+        si = {name: x * units[name] for name, x in given.items()}
+        if k in (1, 18) and states:
+            call("control_start", [si[name] for name in ("r", "rd", "rdd", "tau")], [zc])
+        u, later = np.zeros(motors), np.zeros_like(zc)
+        call("control", [*si.values(), zc], [u, later])
+        zc = later
+        assert np.array_equal(found, u)

@@ -92,7 +92,8 @@ class CurrentLoop:
 
         tau = H tau_w - Y v,   H = kp (ti s + 1)/N,   Y = drag ti s/N,   N = L ti s^2 + (R + kp) ti s + kp
 
-    `drag` is Kt Ke of the joint's axis, V A s^2/rad^2 or /m^2, times the share that is not compensated.
+    `drag` is Kt Ke of the joint's axis, V A s^2/rad^2 or /m^2, times the share that is not compensated, `compensated`
+    times the share that is.
     """
 
     kp: float
@@ -101,6 +102,7 @@ class CurrentLoop:
     inductance: float
     drag: float
     name: str = "current loop"
+    compensated: float = 0.0
 
     @property
     def time(self) -> float:
@@ -200,8 +202,9 @@ class Cascade:
     """A drive with numbers: `Kp` in N m s/rad or N s/m, `Kv` in 1/s, `Tn` in s, infinite without integral part.
 
     A gain that is sought is NaN. `path` are the elements between velocity controller and torque; `velocity_forward` is
-    a share, `acceleration_forward` an inertia. `set_point` filters the set point. `torque_limit` N m or N is infinite
-    where there is none, `windup` is Tt in s, Tn where it is None.
+    a share, `acceleration_forward` an inertia. `set_point` filters the set point. `torque_limit` N m or N, that of the
+    current among it, and `voltage_limit`, V times Kt of the joint's axis, are infinite where there is none; `windup` is
+    Tt in s, Tn where it is None.
     """
 
     motor: str
@@ -214,6 +217,7 @@ class Cascade:
     sought: tuple[str, ...] = ()
     set_point: SetPointElement | None = None
     torque_limit: float = np.inf
+    voltage_limit: float = np.inf
     windup: float | None = None
     torque_forward: bool = False
 
@@ -275,11 +279,13 @@ def cascade_of(joint: Joint, drive: Drive, values: Mapping[str, float], source: 
     if drive.Tn is None:
         gains["Tn"] = np.inf
     shares = (numbers["feed_forward, velocity"], numbers["feed_forward, acceleration"])
+    Kt = _torque_constant(joint, drive, values)
     path = (*_path(drive, numbers), *_current(joint, drive, numbers, values, source))
     return Cascade(
         *(motor, gains["Kv"], gains["Kp"], gains["Tn"], path, *shares, sought),
         set_point=_set_point(motor, drive, numbers, source),
-        torque_limit=numbers.get("limits, torque", np.inf),
+        torque_limit=min(numbers.get("limits, torque", np.inf), Kt * numbers.get("limits, current", np.inf)),
+        voltage_limit=Kt * numbers.get("limits, voltage", np.inf),
         windup=numbers.get("limits, windup"),
         torque_forward=drive.torque_forward,
     )
@@ -321,12 +327,17 @@ def _current(
     for key, x in winding.items():
         if not x > 0:
             raise InputError(source, f"motors, {joint.name}, {key}", f"{x:g} is not above zero")
-    n = 1.0 if joint.ratio.is_zero else joint.ratio.value(values)
-    Kt = winding["torque_constant"]
-    Ke = Kt if joint.electrics.back_emf.is_zero else joint.electrics.back_emf.value(values)
-    drag = n * n * Kt * Ke * (1 - numbers["current, compensation"])
-    R, L = winding["resistance"], winding["inductance"]
-    yield CurrentLoop(numbers["current, kp"], numbers["current, ti"], R, L, drag)
+    constants = joint.reflected_electrics
+    Kt = constants.torque_constant.value(values)
+    Ke = Kt if constants.back_emf.is_zero else constants.back_emf.value(values)
+    share, R, L = numbers["current, compensation"], winding["resistance"], winding["inductance"]
+    numbered = (numbers["current, kp"], numbers["current, ti"], R, L, Kt * Ke * (1 - share))
+    yield CurrentLoop(*numbered, compensated=Kt * Ke * share)
+
+
+def _torque_constant(joint: Joint, drive: Drive, values: Mapping[str, float]) -> float:
+    """Return Kt of the joint's own axis, 1 without a controller of the current."""
+    return joint.reflected_electrics.torque_constant.value(values) if drive.current else 1.0
 
 
 def _filter(one: Filter, place: str, numbers: Mapping[str, float]) -> Biquad | FirstOrder:

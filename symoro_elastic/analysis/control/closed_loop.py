@@ -121,7 +121,7 @@ class DriveSystem:
 
 def drive_system(one: Cascade, of_delay: int = 1) -> DriveSystem:
     """Return the law of a drive within its limit, without the filter of its set point, as a linear system."""
-    law = law_of(replace(one, set_point=None, torque_limit=np.inf), of_delay)
+    law = law_of(replace(one, set_point=None, torque_limit=np.inf, voltage_limit=np.inf), of_delay)
     B, D = law.B, law.D
     return DriveSystem(
         *(law.A, law.C, B[:, R], -B[:, XD], B[:, RD], B[:, RDD]),

@@ -28,6 +28,7 @@ from symoro_elastic.analysis.control.cascade import (
     first_order_system,
 )
 from symoro_elastic.analysis.control.closed_loop import closed_loop
+from symoro_elastic.analysis.control.drive_laws import TAU, XD, current_loop
 from symoro_elastic.analysis.control.plant import Plant
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
@@ -77,18 +78,18 @@ def sampled_loop(plant: Plant, cascades: Sequence[Cascade]) -> SampledLoop | Non
 
 
 def _with_current_loops(plant: Plant, A: Array, by_force: Array, sampled: Sequence[VelocityLaw]) -> tuple[Array, Array]:
-    """Return A and B of the machine behind the current loops of sampled drives, whose lags are the last states."""
-    n, lags = len(A), [one.lag for one in sampled]
-    states = [k for k, lag in enumerate(lags) if lag]
-    whole, B = np.zeros((n + len(states), n + len(states))), np.zeros((n + len(states), len(sampled)))
+    """Return A and B of the machine behind the current loops of sampled drives, whose states are the last ones."""
+    laws = [current_loop(one.cascade, one.lag) for one in sampled]
+    n, N = len(A), plant.free
+    ends = n + np.cumsum([0, *(len(law.A) for law in laws)])
+    whole, B = np.zeros((ends[-1], ends[-1])), np.zeros((ends[-1], len(sampled)))
     whole[:n, :n] = A
-    for k, one in enumerate(sampled):
-        push = by_force @ plant.axes[one.cascade.motor].velocity
-        if lags[k]:
-            row = n + states.index(k)
-            whole[:n, row], whole[row, row], B[row, k] = push, -1 / lags[k], 1 / lags[k]
-        else:
-            B[:n, k] = push
+    for k, (one, law) in enumerate(zip(sampled, laws, strict=True)):
+        velocity, own = plant.axes[one.cascade.motor].velocity, slice(ends[k], ends[k + 1])
+        push = by_force @ velocity
+        whole[:n, own], whole[own, own] = np.outer(push, law.C), law.A
+        whole[own, N.shape[1] : 2 * N.shape[1]] = np.outer(law.B[:, XD], velocity @ N)
+        B[own, k], B[:n, k] = law.B[:, TAU], push * law.D[TAU]
     return whole, B
 
 

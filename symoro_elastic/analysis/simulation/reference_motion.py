@@ -360,9 +360,6 @@ def _drives(machine: Machine, motion: EquationsOfMotion, prescribed: PrescribedM
         if one.sought:
             what = f'{name}: {", ".join(one.sought)} "tuned" is not known yet: find it by control --save'
             raise machine.error("drives", what)
-        if known[name].current_limit or known[name].voltage_limit:
-            what = "limits of current and voltage are not simulated yet: leave them out"
-            raise machine.error(f"drives, {name}, limits", what)
         yield one
 
 

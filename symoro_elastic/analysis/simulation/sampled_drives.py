@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import CURRENT, Cascade, DeadTime, FirstOrder
-from symoro_elastic.analysis.control.drive_laws import INPUTS, TAU, DriveLaw, current_loop
+from symoro_elastic.analysis.control.drive_laws import INPUTS, TAU, XD, DriveLaw, current_loop
 from symoro_elastic.analysis.control.sampled import period_of
 from symoro_elastic.analysis.simulation.driven import DrivenMotion
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
@@ -135,10 +135,11 @@ class SampledMotion(DrivenMotion):
         return Sample(t, *read, u, zc_next)
 
     def inputs(self, motion: Motion) -> Array:
-        """Return the inputs (N, m, 6) of current loops: nothing but the torques that are held counts."""
+        """Return the inputs (N, m, 6) of current loops: torques that are held, and the velocities of motors."""
         held = self.held.at(motion.t)
         found = np.zeros((*held.shape, len(INPUTS)))
         found[..., TAU] = held
+        found[..., XD] = self.of_motors(motion)[1]
         return found
 
 

@@ -1,4 +1,4 @@
-"""The target `linuxcnc`: components for LinuxCNC, torques of motors and kinematics in closed form."""
+"""The target `linuxcnc`: components for LinuxCNC, torques of motors, sampled controllers, kinematics in closed form."""
 
 from __future__ import annotations
 
@@ -19,12 +19,19 @@ from symoro_elastic.codegen.templates import LINE, render
 from symoro_elastic.foundation.errors import InputError
 
 TORQUES, FORWARD = "inverse_dynamics", "geometric_model"
+CONTROL, START = "control", "control_start"
 INVERSES = ("inverse_geometric_model", "inverse_position_model")
 LONGEST_NAME = 24
 """Characters of a machine's name: those of a pin have 47."""
 DEGREE, MILLIMETRE = math.pi / 180, 1e-3
-OWN = words("period q qd qdd tau branch fperiod T P found singularity joint k way tried best wanted inst comp_id")
+OWN = words(
+    "period q qd qdd tau branch fperiod T P found singularity joint k way tried best wanted inst comp_id enable u "
+    "measured speed r rd rdd states is_running"
+)
 """Identifiers of the templates, and macros of pins."""
+CALLED = (
+    "Call it in a thread with the period of the drives, after the positions are read and before torques are written."
+)
 UNITS = "Joints are in degrees or mm, as LinuxCNC has them; their velocities and accelerations likewise."
 
 
@@ -40,9 +47,10 @@ class Pins:
 
 
 def render_linuxcnc(package: Package, precision: Precision = DOUBLE) -> Files:
-    """Return `<name>_ff.comp` for the inverse dynamic model, `<name>_kins.comp` for geometric and inverse models.
+    """Return components by name: `_ff` of the inverse dynamic model, `_control` of sampled controllers, `_kins`.
 
-    Raises `InputError` for a package with neither, or with models that no component can call.
+    The last one is of geometric and inverse models. Raises `InputError` for a package with none of them, or with models
+    that no component can call.
     """
     source = package.source or package.name
     if len(package.name) > LONGEST_NAME:
@@ -54,10 +62,12 @@ def render_linuxcnc(package: Package, precision: Precision = DOUBLE) -> Files:
     files: Files = {}
     if TORQUES in functions:
         files[f"{package.name}_ff.comp"] = _feed_forward(named, functions[TORQUES], source)
+    if CONTROL in functions and START in functions:
+        files[f"{package.name}_control.comp"] = _controllers(named, functions[CONTROL], functions[START], source)
     if inverse and FORWARD in functions:
         files[f"{package.name}_kins.comp"] = _kinematics(named, functions[FORWARD], inverse, source)
     if not files:
-        what = f"a component needs {TORQUES}, or {FORWARD} with {' or '.join(INVERSES)}: --model"
+        what = f"a component needs {TORQUES}, {CONTROL}, or {FORWARD} with {' or '.join(INVERSES)}: --model"
         raise InputError(source, "--target linuxcnc", what)
     return files
 
@@ -105,10 +115,43 @@ def _feed_forward(package: Package, function: Function, source: str) -> str:
     )
 
 
+def _controllers(package: Package, function: Function, start: Function, source: str) -> str:
+    """The component of the sampled controllers, whose states it keeps."""
+    _refuse_missing(package, [function, start], source)
+    models = [HalFunction(package, one) for one in (function, start)]
+    pins = [_pins(package, a.name, a.size, a.meaning) for a in function.arguments if a.name != "zc"]
+    states = next((a.size for a in function.arguments if a.name == "zc"), 0)
+    given = {a.name: "states" if a.name == "zc" else f"given_{a.name}" for a in function.arguments if a.size}
+    begin = [given[a.name] for a in start.arguments if a.size] + ["states"] * bool(states)
+    about = [f"Entries are by motor: {', '.join(package.motor_names)}.", UNITS, "Torques are in N m, forces in N."]
+    return render(
+        "linuxcnc/control.comp.j2",
+        name=package.name,
+        described=_described(package, [*about, CALLED]),
+        inputs=pins,
+        motors=len(package.motor_names),
+        states=max(states, 1),
+        has_states=bool(states),
+        signs=any(model.signs for model in models),
+        sign=models[0].sign,
+        model=models[0].text(),
+        start=models[1].text() if states else "",
+        begin=with_arguments(f"        {models[1].name}", begin).lstrip(),
+        call=with_arguments(
+            f"    {models[0].name}", [*given.values(), "found_u", *["found_zc"] * bool(states)]
+        ).lstrip(),
+    )
+
+
 def _pins(package: Package, name: str, size: int, meaning: str) -> Pins:
     """The pins of an argument: joints in units of LinuxCNC, everything else in SI units."""
     motors = package.driven or [package.axes[k] for k in package.motors]
-    of_joints = {"q": package.axes, "qd": package.axes, "qdd_motor": motors, "q_dep": package.dependent or ()}
+    of_joints = dict.fromkeys(("measured", "speed", "r", "rd", "rdd"), motors) | {
+        "q": package.axes,
+        "qd": package.axes,
+        "qdd_motor": motors,
+        "q_dep": package.dependent or (),
+    }
     units = tuple(map(unit_of, of_joints[name])) if name in of_joints else (1.0,) * size
     short = "qdd" if name == "qdd_motor" else name
     about = meaning.partition(",")[0] if name in of_joints else meaning
@@ -186,8 +229,8 @@ def _refuse_kinematics(package: Package, forward: Function, inverse: Function, s
 
 LINUXCNC = Target(
     name="linuxcnc",
-    title="components for LinuxCNC: torques by the inverse dynamic model, kinematics",
-    suffixes=("_ff.comp", "_kins.comp"),
+    title="components for LinuxCNC: torques by the inverse dynamic model, sampled controllers, kinematics",
+    suffixes=("_ff.comp", "_control.comp", "_kins.comp"),
     precisions=(DOUBLE,),
     reserved=C.reserved,
     files=lambda package, _: render_linuxcnc(package),

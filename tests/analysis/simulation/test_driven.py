@@ -220,12 +220,14 @@ def test_a_limit_that_is_not_reached_changes_nothing() -> None:
 
 
 def test_slopes_of_a_limited_law_are_those_of_its_rates() -> None:
-    from symoro_elastic.analysis.control.cascade import Biquad, Cascade, DeadTime, FirstOrder
+    from symoro_elastic.analysis.control.cascade import Biquad, Cascade, CurrentLoop, DeadTime, FirstOrder
     from symoro_elastic.analysis.control.drive_laws import law_of
 
     path = (DeadTime("dead time", 3e-4), Biquad("notch", 40.0, 0.1, 0.5))
     for shaped in (FirstOrder("low-pass", 5e-3), Biquad("low-pass", 60.0, 0.0, 0.7, low=True), None):
-        law = law_of(Cascade("m", 20.0, 2.5, 0.02, path, 0.9, 0.1, set_point=shaped, torque_limit=3.0, windup=0.01))
+        winding = CurrentLoop(4.0, 3e-3, 0.5, 2e-3, 0.01, compensated=0.02)
+        limits = {"torque_limit": 3.0, "voltage_limit": 4.0, "windup": 0.01}
+        law = law_of(Cascade("m", 20.0, 2.5, 0.02, (*path, winding), 0.9, 0.1, set_point=shaped, **limits))
         for size in (1e-3, 1.0):  # within the limit, and beyond
             n, rng = len(law.A), np.random.default_rng(4)
             z, u = size * rng.normal(size=n), size * rng.normal(size=6)
@@ -270,6 +272,59 @@ def test_a_winding_is_that_of_an_own_integration() -> None:
     y = scipy_integrate.solve_ivp(rate, (0, 0.03), np.zeros(7), method="Radau", rtol=1e-11, atol=1e-13).y[:, -1]
     np.testing.assert_allclose(found.motion.q[-1], y[:2], atol=2e-8)
     assert abs(found.motion.q[-1, 0] - without.motion.q[-1, 0]) > 1e-6, "the back-EMF brakes"
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    ("limits", "period"), [({"current": 3.0, "voltage": 2.0}, None), ({"voltage": 1.5}, 1e-3), ({"current": 2.5}, 1e-3)]
+)
+def test_limits_of_current_and_voltage_are_those_of_equations_by_hand(
+    limits: dict[str, float], period: float | None
+) -> None:
+    """In A and V, continuous, and with a controller that is sampled; without spring."""
+    R, L, Kt, n, kp, ti, share = 0.5, 2e-3, 0.02, 10.0, 4.0, 3e-3, 0.4
+    J, Kv, Kp, Tn = 0.02 * n * n, 20.0, 3.0, 0.05
+    given = {"current": {"kp": kp, "ti": ti, "compensation": share}, "dead_time": period or 0, "limits": limits}
+    tables = drive(Kp=Kp, Tn=Tn, **given, **({"period": period} if period else {}))
+    tables |= {"joints": tables["joints"][:1], "bodies": {}, "springs": {}}
+    tables["motors"] = {"motor": {"rotor_inertia": 0.02, "ratio": n, "resistance": R, "inductance": L,
+                                  "torque_constant": Kt}}  # fmt: skip
+    motion = {"duration": 0.02, "moves": [{"motor": "motor", "by": 0.1, "in": 0.015}], "drives": True}
+    (found,) = se.simulate(tables, {"motion": motion, "wanted": {"tolerance": {"motor.q": 1e-7}}}, adaptive=True)
+    at, most, U = found.reference.at, limits.get("current", np.inf), limits.get("voltage", np.inf)
+
+    def clipped(x: float, limit: float) -> float:
+        return min(limit, max(-limit, x))
+
+    def of_velocity(t: float, q: float, v: float, xi: float) -> tuple[float, float, float]:
+        (r,), (rd,), _ = (row[0] for row in at(np.array([t])))
+        e = Kv * (r - q) + rd - v
+        xi = xi + (period or 0) * e
+        f = Kp * (e + xi / Tn)
+        held = clipped(f, n * Kt * most)
+        return held, e + (held - f) / Kp, xi + (period or 0) * (held - f) / Kp
+
+    def rate(t: float, y: Any, wanted: float | None) -> Any:
+        q, v, xi, i, volts = y
+        held, xid, _ = of_velocity(t, q, v, xi)
+        held, xid = (held, xid) if wanted is None else (wanted, 0.0)
+        lack = held / (n * Kt) - i
+        free = kp * lack + volts + share * n * Kt * v
+        u = clipped(free, U)
+        return np.array([v, n * Kt * i / J, xid, (u - R * i - n * Kt * v) / L, kp / ti * lack + (u - free) / ti])
+
+    y, wanted, options = np.zeros(5), 0.0, {"method": "Radau", "rtol": 1e-10, "atol": 1e-12, "max_step": 5e-5}
+    count = round(motion["duration"] / period) if period else 1
+    for k in range(count):
+        span = (k * motion["duration"] / count, (k + 1) * motion["duration"] / count)
+        next_one, _, later = of_velocity(span[0], y[0], y[1], y[2])
+        y = scipy_integrate.solve_ivp(rate, span, y, args=(wanted if period else None,), **options).y[:, -1]
+        if period:
+            wanted, y[2] = next_one, later
+    assert abs(found.motion.q[-1, 0] - y[0]) < 2e-8
+    (free,) = se.simulate(tables | {"drives": {"motor": {**tables["drives"]["motor"], "limits": {}}}},
+                          {"motion": motion}, adaptive=True)  # fmt: skip
+    assert abs(found.motion.q[-1, 0] - free.motion.q[-1, 0]) > 1e-5, "the limits are reached"
 
 
 def test_even_steps_refuse_a_winding() -> None:
