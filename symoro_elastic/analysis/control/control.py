@@ -17,6 +17,7 @@ from symoro_elastic.analysis.control.driven_machine import (
     refuse_velocities,
     refuse_without_drives,
 )
+from symoro_elastic.analysis.control.export import systems_for_control
 from symoro_elastic.analysis.control.largest_gain import LargestGain
 from symoro_elastic.analysis.control.loops import (
     AxisLoops,
@@ -142,9 +143,8 @@ class Control(Result):
 
         Of the position of this number. Raises `InputError` without python-control.
         """
-        from symoro_elastic.analysis.control.export import systems_for_control
-
-        return systems_for_control(self, place)
+        outputs = [one.output for one in self.places[place].compliances]
+        return systems_for_control(self.plants[place], self.cascades, outputs)
 
     @property
     def headline(self) -> str:

@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.control.cascade import Cascade
 from symoro_elastic.analysis.control.closed_loop import closed_loop
 from symoro_elastic.analysis.control.loops import loops_of
-from symoro_elastic.analysis.control.plant import position_row
+from symoro_elastic.analysis.control.plant import Plant, position_row
 from symoro_elastic.analysis.vibration.export import labels
 from symoro_elastic.foundation.packages import import_optional
-
-if TYPE_CHECKING:
-    from symoro_elastic.analysis.control.control import Control
 
 SET_POINTS = ("r", "rd", "rdd")
 
 
-def systems_for_control(control: Control, place: int) -> dict[str, Any]:
+def systems_for_control(plant: Plant, drives: Sequence[Cascade], names: Sequence[str]) -> dict[str, Any]:
     """Return `closed`, a `control.StateSpace`, and open loops as `control.FrequencyResponseData`, at a position.
 
-    `closed` has set points and their two rates by motor, forces at outputs; positions that are controlled, and outputs;
+    `closed` has set points and their two rates by motor, forces at outputs of these names; positions that are controlled, and outputs;
     dead times are approximations of Pade of order 2 in it. `motor_x velocity` and `motor_x position` are exact.
     Raises `InputError` without python-control.
     """
     package = import_optional("control", "systems for python-control", "control")
-    plant, drives = control.plants[place], control.cascades
-    loop, names = closed_loop(plant, drives), [one.output for one in control.places[place].compliances]
+    loop = closed_loop(plant, drives)
     rows = np.array([position_row(plant.linear, name) for name in names]).reshape(len(names), -1)
     columns = [column[:, k] for k in range(len(drives)) for column in loop.by_set_point]
     B = np.column_stack([*columns, loop.by_force @ rows.T])

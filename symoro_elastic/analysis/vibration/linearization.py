@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -158,15 +157,6 @@ class Linearization(Result):
             self.inputs,
             self.outputs,
         )
-
-    def to_control(self) -> Any:
-        """Return it as a `control.StateSpace`, signals named as `motor_x_tau`.
-
-        Raises `InputError` without python-control.
-        """
-        from symoro_elastic.analysis.vibration.export import control_system
-
-        return control_system(self)
 
     @property
     def headline(self) -> str:

@@ -41,8 +41,3 @@ def test_open_loops_have_their_dead_times(found: Control) -> None:
     gain, phase = package.stability_margins(systems["motor_x velocity"], method="frd")[:2]
     assert gain == pytest.approx(axis.velocity.gain, rel=1e-2)
     assert phase == pytest.approx(axis.velocity.phase, rel=1e-2)
-
-
-def test_a_linearization_as_a_system() -> None:
-    linear = se.linearize(EXAMPLES / "two_axis.toml")
-    assert np.array_equal(linear.to_control().A, linear.space.A)

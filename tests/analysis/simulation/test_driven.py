@@ -332,3 +332,33 @@ def test_even_steps_refuse_a_winding() -> None:
     tables["motors"]["motor"] |= {"resistance": 0.5, "inductance": 2e-3, "torque_constant": 0.2}
     with pytest.raises(InputError, match="kp and ti of the current"):
         se.simulate(tables, scene())
+
+
+@pytest.mark.thorough
+def test_backlash_within_a_loop_around_the_load_is_that_of_equations_by_hand() -> None:
+    """1 mrad between motor and load, whose position is controlled: the motor crosses it, D(x) of (D3)."""
+    b, e, Kv, Kp, Tn, lag = 1e-3, 2e-5, 30.0, 2.5, 0.02, 4e-4
+    tables = drive(measured="arm.rz", Kv=Kv, Kp=Kp, Tn=Tn, dead_time=0)
+    tables["springs"]["arm"] |= {"backlash": b, "rounding": e}
+    motion = {"duration": 0.03, "drives": True, "moves": [{"motor": "motor", "by": 0.004, "in": 0.015}]}
+    wanted = {"tolerance": {"arm.q": 1e-6, "motor.q": 1e-6}}
+    (found,) = se.simulate(tables, {"motion": motion, "wanted": wanted}, adaptive=True)
+
+    def rounded(u: float) -> float:
+        return float(np.hypot(u, e))
+
+    def rate(t: float, y: Any) -> Any:
+        q, x, v, w, xi, tau = y
+        (r,), (rd,), _ = (row[0] for row in found.reference.at(np.array([t])))
+        over, under = x + b / 2, x - b / 2
+        pressed = x - (rounded(over) - rounded(under)) / 2
+        share = 1 - (over / rounded(over) - under / rounded(under)) / 2
+        spring = 1000 * pressed + 0.1 * share * w
+        behind = Kv * (r - q - x) + rd - v
+        a = (tau + spring) / 0.02
+        return np.array([v, w, a, -spring / 0.05 - a, behind, (Kp * (behind + xi / Tn) - tau) / lag])
+
+    t = found.motion.t[::25]
+    y = scipy_integrate.solve_ivp(rate, (0, t[-1]), np.zeros(6), "DOP853", t, rtol=1e-10, atol=1e-13).y
+    assert np.abs(found.motion.q[::25] - y[:2].T).max() < 1e-7
+    assert y[1].min() < -b / 2 and y[1].max() > b / 2, "both flanks are touched"
