@@ -20,8 +20,9 @@ SET_POINTS = ("r", "rd", "rdd")
 def systems_for_control(plant: Plant, drives: Sequence[Cascade], names: Sequence[str]) -> dict[str, Any]:
     """Return `closed`, a `control.StateSpace`, and open loops as `control.FrequencyResponseData`, at a position.
 
-    `closed` has set points and their two rates by motor, forces at outputs of these names; positions that are controlled, and outputs;
-    dead times are approximations of Pade of order 2 in it. `motor_x velocity` and `motor_x position` are exact.
+    `closed` has set points and their two rates by motor, forces at outputs of these names; positions that are
+    controlled, and outputs; dead times are approximations of Pade of order 2 in it. `motor_x velocity` and
+    `motor_x position` are exact.
     Raises `InputError` without python-control.
     """
     package = import_optional("control", "systems for python-control", "control")

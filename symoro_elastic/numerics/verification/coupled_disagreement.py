@@ -18,6 +18,7 @@ from typing import Any
 
 from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.free_base import with_given_acceleration
+from symoro_elastic.machine.joints import Cogging
 from symoro_elastic.machine.loops import Closing
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine, Spring
 from symoro_elastic.models.catalogue import trace
@@ -220,5 +221,6 @@ def _free_tree(machine: Machine) -> Machine:
 def _free(j: int, joint: Joint) -> Joint:
     if joint.sigma == 2 or joint.kind is Kind.CUT:
         return replace(joint, kind=Kind.FIXED, sigma=2, variable=None)
-    free = replace(joint, kind=Kind.MOTOR, variable=f"free_joint_{j}", spring=Spring(), friction=Friction())
+    bare = replace(joint, spring=Spring(), friction=Friction(), cogging=Cogging())
+    free = replace(bare, kind=Kind.MOTOR, variable=f"free_joint_{j}")
     return free.with_selected(ZERO)
