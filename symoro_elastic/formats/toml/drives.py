@@ -97,8 +97,8 @@ CURRENT_LIMIT, VOLTAGE_LIMIT = (
 )
 LIMITS = Section(
     "limits of [drives]",
-    "Limit of the torque, where the integral part stops by back-calculation; limits of current and voltage, which "
-    "linear figures leave out and simulations refuse.",
+    "Limits of torque and current, where the integral part stops by back-calculation, and of the voltage, where that "
+    "of the current controller does. Linear figures leave them out.",
     (TORQUE, WINDUP, CURRENT_LIMIT, VOLTAGE_LIMIT),
 )
 AVERAGE = Key(
