@@ -28,7 +28,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Joints, Model, Result, Results
-from symoro_elastic.symbolic.functions import clamp, cosine_sine, square_root
+from symoro_elastic.symbolic.functions import clamp, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.program import Section
 
 CONTROL, START = "control", "control_start"
@@ -209,8 +209,8 @@ class _Law:
         bound, drive = self.bound, self.drive
         found = [] if drive.torque_limit is None else [bound.cell(drive.torque_limit)]
         if drive.current_limit is not None:
-            constant = bound.machine.joint(self.j).reflected_electrics.torque_constant
-            found.append(bound.cell(constant) * bound.cell(drive.current_limit))
+            constant = bound.cell(bound.machine.joint(self.j).reflected_electrics.torque_constant)
+            found.append(constant * sign(bound.graph, constant) * bound.cell(drive.current_limit))
         return found
 
     def _set_points(self) -> tuple[Scalar, Scalar, Scalar]:

@@ -336,8 +336,8 @@ def _current(
 
 
 def _torque_constant(joint: Joint, drive: Drive, values: Mapping[str, float]) -> float:
-    """Return Kt of the joint's own axis, 1 without a controller of the current."""
-    return joint.reflected_electrics.torque_constant.value(values) if drive.current else 1.0
+    """Return the amount of Kt of the joint's own axis, 1 without a controller of the current."""
+    return abs(joint.reflected_electrics.torque_constant.value(values)) if drive.current else 1.0
 
 
 def _filter(one: Filter, place: str, numbers: Mapping[str, float]) -> Biquad | FirstOrder:
