@@ -18,6 +18,8 @@ from symoro_elastic.codegen.time_steps import (
     CLOSED,
     DRIVES,
     EXTERNAL_RATE,
+    LOAD,
+    LOADS,
     MOTOR_COORDINATES,
     RATES,
     WRENCH,
@@ -28,6 +30,8 @@ from symoro_elastic.codegen.time_steps import (
     blocks_carried,
     entries_of_state,
     error_meaning,
+    given_to_factors,
+    loads_of,
     method_text,
     rows_of_nodes,
     states_carried,
@@ -262,6 +266,8 @@ def _comment(method: MethodText, variant: Variant, with_error: bool, package: Pa
     yield f"One step h [s] of the {method.title}{variant.words}."
     rows, times = ", ".join(rows_of_nodes(variant, package)), ", ".join(method.times(variant))
     yield f"{rows}: a row for each of the times {times}"
+    if loads_of(package):
+        yield f"{LOAD}: {LOADS}, the same in each row"
     if method.kind == "rosenbrock":
         yield from (f"{name}: {RATES[name]}" for name in variant.of_rate)
     moved = [block.name for block in blocks_carried(variant, package) if block not in package.assembled]
@@ -350,7 +356,8 @@ class StepCalls:
         """Return the call that factors the system of an implicit step."""
         name = f"implicit_factors{variant.suffix}"
         z = ["z"] if any(a.name == "z" for a in self.functions[name].function.arguments) else []
-        return self._model(name, [*self.position, "qd", *z, "g", *variant.of_step], ["factors"])
+        given = [*given_to_factors(variant, self.package), *self._load(name)]
+        return self._model(name, [*self.position, "qd", *z, "g", *given], ["factors"])
 
     def solve(self, variant: Variant, z_q: str, z_v: str, z_z: str = "", depth: int = 1) -> str:
         """Return the call that solves it, for the right side `v_s`, `qdd`, `zd`; results of states are put in `z_z`."""
@@ -373,7 +380,11 @@ class StepCalls:
     def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str]) -> str:
         """Return the call of a model at the position of a stage, under the wrenches on frames."""
         forces = [EXTERNAL] if any(a.name == EXTERNAL for a in self.functions[function].function.arguments) else []
-        return self._model(function, [*self._stage_position, *inputs, *forces], results)
+        return self._model(function, [*self._stage_position, *inputs, *forces, *self._load(function)], results)
+
+    def _load(self, function: str) -> list[str]:
+        """Return the torques through transmissions where a model takes them."""
+        return [LOAD] if any(a.name == LOAD for a in self.functions[function].function.arguments) else []
 
     def _joints(self, array: str) -> str:
         """Return the place of the joints in an array of the whole state, after the base."""

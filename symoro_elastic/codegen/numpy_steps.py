@@ -12,6 +12,8 @@ from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.time_steps import (
     CLOSED,
     EXTERNAL_RATE,
+    LOAD,
+    LOADS,
     RATES,
     STATES,
     WRENCH,
@@ -20,6 +22,8 @@ from symoro_elastic.codegen.time_steps import (
     Variant,
     blocks_carried,
     error_meaning,
+    given_to_factors,
+    loads_of,
     method_text,
     rows_of_nodes,
     states_carried,
@@ -39,10 +43,12 @@ class NumpyStep:
     blocks: tuple[str, ...]
     assembled: tuple[str, ...]
     takes_forces: frozenset[str]
+    takes_loads: frozenset[str]
     base: tuple[str, ...]
     needs: str
     states: int
     z_of_factors: str
+    gains: str
 
     @property
     def position(self) -> str:
@@ -52,7 +58,8 @@ class NumpyStep:
     def forces(self, function: str, node: str) -> str:
         """The wrenches on frames at a node, as a further argument of a model that takes them."""
         more = self.more if function != "linearization" else ""
-        return f", {EXTERNAL}[..., {node}, :]{more}" if function in self.takes_forces else ""
+        forces = f", {EXTERNAL}[..., {node}, :]{more}" if function in self.takes_forces else ""
+        return f"{forces}, {LOAD}[..., {node}, :]" if function in self.takes_loads else forces
 
     @property
     def more(self) -> str:
@@ -105,11 +112,6 @@ class NumpyStep:
         ends |= {name: f"{name} + {change}" for name, change in zip(self.base, ("turned", "moved"), strict=False)}
         return ", ".join(ends.get(name, name) for name in self.blocks)
 
-    @property
-    def gains(self) -> str:
-        """The gains as further arguments."""
-        return "".join(f", {name}" for name in self.variant.of_step)
-
 
 @dataclass(frozen=True)
 class NumpyMethod:
@@ -148,11 +150,13 @@ def _step(method: MethodText, variant: Variant, with_error: bool, package: Packa
         arrays=", ".join(["h", "q", "qd", *arrays, *own, *([STATES] if STATES in state else [])]),
         blocks=tuple(state),
         assembled=tuple(block.name for block in package.assembled),
-        takes_forces=frozenset(f.name for f in package.functions if any(a.name == EXTERNAL for a in f.arguments)),
+        takes_forces=_taking(EXTERNAL, package),
+        takes_loads=_taking(LOAD, package),
         base=tuple(block.name for block in package.base),
         needs=NEEDS[method.kind],
         states=states_carried(variant, package),
         z_of_factors=_z_of_factors(variant, package),
+        gains=_gains(variant, package),
     )
 
 
@@ -161,6 +165,18 @@ def _z_of_factors(variant: Variant, package: Package) -> str:
     named = (f for f in package.functions if f.name == f"implicit_factors{variant.suffix}")
     sizes = [a.size for f in named for a in f.arguments if a.name == STATES]
     return f", z[..., :{sizes[0]}]" if sizes else ""
+
+
+def _gains(variant: Variant, package: Package) -> str:
+    """Gains, or set points and torques at t, as further arguments of these factors."""
+    at_t = "" if variant.of_step else "[..., 0, :]"
+    load = f", {LOAD}[..., 0, :]" if f"implicit_factors{variant.suffix}" in _taking(LOAD, package) else ""
+    return "".join(f", {name}{at_t}" for name in given_to_factors(variant, package)) + load
+
+
+def _taking(argument: str, package: Package) -> frozenset[str]:
+    """Names of the functions that take an argument."""
+    return frozenset(f.name for f in package.functions if any(a.name == argument for a in f.arguments))
 
 
 NEEDS = {
@@ -181,6 +197,8 @@ def _described(method: MethodText, variant: Variant, with_error: bool, package: 
         yield f"{EXTERNAL} (..., {nodes}, {package.external}): wrenches on frames in axes of frame 0, the same rows."
     if package.base:
         yield f"f0 (..., {nodes}, 6): the wrench on the base at these times, in its axes."
+    if loads := loads_of(package):
+        yield f"{LOAD} (..., {nodes}, {loads}): {LOADS}, the same in each row."
     if variant.of_step:
         yield f"kp, kd ({motors}): gains of the servos."
     if method.kind == "rosenbrock":

@@ -18,6 +18,7 @@ from symoro_elastic.codegen.time_steps import (
     Terms,
     Variant,
     error_meaning,
+    loads_of,
     method_text,
     rows_of_nodes,
     states_carried,
@@ -73,6 +74,8 @@ def _why_not(package: Package) -> str:
     """What a machine has that the time steps do not; empty where they are written."""
     if package.base:
         return "on a floating base"
+    if loads_of(package):
+        return "with friction that rises with load"
     if package.assembled:
         return "of loops without a closed form"
     others = [block.name for block in package.state if block.name not in STATE]

@@ -51,6 +51,7 @@ class Variant:
 EXTERNAL_RATE = f"{EXTERNAL}d"
 STATES = "z"
 """States of friction and drives."""
+LOAD, LOADS = "load", "torques through the transmissions of joints whose friction rises with load, at t"
 WRENCH, DEGREES = "f0", 6
 """The wrench on the base, and its degrees of freedom."""
 TORQUE = Variant("", ("tau",))
@@ -154,6 +155,13 @@ def blocks_carried(variant: Variant, package: Package) -> tuple[Argument, ...]:
     return (*others, Argument(quantity(STATES), size)) if size else others
 
 
+def given_to_factors(variant: Variant, package: Package) -> tuple[str, ...]:
+    """Return what the factors of an implicit step are given of the motors: gains, or rows of t where limits act."""
+    function = next((f for f in package.functions if f.name == f"implicit_factors{variant.suffix}"), None)
+    limited = function and any(argument.name == DRIVES.of_nodes[0] for argument in function.arguments)
+    return DRIVES.of_nodes if limited else variant.of_step
+
+
 def _under_forces(variant: Variant) -> Variant:
     """The variant with the wrenches on frames, too."""
     return replace(variant, of_nodes=(*variant.of_nodes, EXTERNAL), of_rate=(*variant.of_rate, EXTERNAL_RATE))
@@ -163,7 +171,13 @@ def rows_of_nodes(variant: Variant, package: Package) -> dict[str, int]:
     """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on the base."""
     given = dict.fromkeys(variant.of_nodes, len(package.motor_names))
     given |= {EXTERNAL: package.external} if package.external else {}
-    return given | ({WRENCH: DEGREES} if package.base else {})
+    given |= {WRENCH: DEGREES} if package.base else {}
+    return given | ({LOAD: loads} if (loads := loads_of(package)) else {})
+
+
+def loads_of(package: Package) -> int:
+    """Return of how many joints steps are given the torque through the transmission: friction rises with it."""
+    return next((a.size for function in package.functions for a in function.arguments if a.name == LOAD), 0)
 
 
 def entries_of_state(package: Package) -> int:

@@ -9,14 +9,13 @@ from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, trace_of
-from symoro_elastic.models.drive_states import chains_of, state_symbols
+from symoro_elastic.models.drive_states import SET_POINTS, chains_of, inputs_of, state_symbols
 from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.model import Model, Result, Results, TracedModel
 from symoro_elastic.models.tracing import prune, schedule
 from symoro_elastic.quantities import quantity
 
 NAME, FAMILY = "closed_dynamics", "time steps"
-SET_POINTS = ("r", "rd", "rdd")
 
 
 def closed_dynamics(machine: Machine, folded: Sequence[str] = ()) -> TracedModel:
@@ -30,15 +29,15 @@ def closed_dynamics(machine: Machine, folded: Sequence[str] = ()) -> TracedModel
     entries = bound.arguments()
     rates: list[Scalar] = []
     for j, chain in chains.items():
-        r, rd, rdd = (bound.graph.symbol(entries[name][bound.motors.index(j)]) for name in SET_POINTS)
-        e = chain.error(r - bound.variables[j], bound.rate(j), rd)
-        fed = chain.acceleration_forward * rdd + bound.tau[j]
-        found, bound.torques[j] = chain.answer([bound.graph.symbol(name) for name in symbols[j]], e, fed)
+        z = [bound.graph.symbol(name) for name in symbols[j]]
+        found, bound.torques[j] = chain.answer(z, inputs_of(bound, j))
         rates += found
     results = _results(bound, rates)
     model = on_its_base(replace(_MODEL, on_base=MODELS["direct_dynamics"].on_base), machine)
-    z = (*entries["z"], *(name for own in symbols.values() for name in own))
-    return schedule(prune(trace_of(model, bound, results, given={"z": z})))
+    given = (*entries["z"], *(name for own in symbols.values() for name in own))
+    if not given:
+        model = replace(model, arguments=tuple(name for name in model.arguments if name != "z"), results=tuple(results))
+    return schedule(prune(trace_of(model, bound, results, given={"z": given})))
 
 
 def _results(bound: Bound, rates: Sequence[Scalar]) -> Results:

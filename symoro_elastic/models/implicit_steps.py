@@ -30,7 +30,8 @@ from symoro_elastic.mechanics.mechanism import without_loads
 from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
-from symoro_elastic.models.drive_states import chains_of, state_symbols
+from symoro_elastic.models.drive_chain import WITHIN
+from symoro_elastic.models.drive_states import SET_POINTS, chains_of, inputs_of, state_symbols
 from symoro_elastic.models.model import Model, Result, TracedModel
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors
 from symoro_elastic.models.state import position_blocks
@@ -62,10 +63,10 @@ def implicit_system(machine: Machine, motors: Motors, folded: Sequence[str] = ()
     system = _System(bound, motors)
     results = system.results
     outputs = [Output(name, r.shape, tuple(map(operand, r.entries))) for name, r in results.items()]
-    entries = bound.arguments() | system.sides
+    entries = bound.arguments() | system.sides | ({"z": system.states} if system.states else {})
     late = {name for side in system.sides.values() for name in side}
     cut = in_two_stages(bound.graph, prune(outputs, bound.names), late, "factors")
-    first = _factors(motors, bound)
+    first = _factors(motors, bound, system)
     second = _solve(motors, tuple(system.sides), tuple(results))
     (handed,) = cut.first.outputs
     factors = {"factors": Result(None, handed.entries, handed.shape)}
@@ -77,13 +78,15 @@ def implicit_system(machine: Machine, motors: Motors, folded: Sequence[str] = ()
     )
 
 
-def _factors(motors: Motors, bound: Bound) -> Model:
-    gains = ("kp", "kd") if motors is Motors.SERVO else ()
+def _factors(motors: Motors, bound: Bound, system: _System) -> Model:
+    """Limits of drives have their slopes by the state and the set points at the start of the step."""
+    gains = ("kp", "kd") if motors is Motors.SERVO else (*SET_POINTS, "tau") if system.is_limited else ()
+    load = ["load"] if bound.machine.loaded else []
     return Model(
         f"implicit_factors{motors.suffix}",
         "factors of the linear system of an implicit step",
         "[28]-[32]",
-        (*position_blocks(bound.machine), "qd", *(["z"] if bound.z else []), "g", *gains),
+        (*position_blocks(bound.machine), "qd", *(["z"] if bound.z or system.states else []), "g", *gains, *load),
         ("factors",),
         _not_in_catalogue,
         FAMILY,
@@ -132,9 +135,18 @@ class _System:
         if of_states:
             self.sides["r_z"] = of_states
         self.r_z = self._symbols(dict(zip(bound.machine.bristles, bound.arguments()["r_z"], strict=True)))
-        self.by_error = {j: one.implicit(self.g, [0] * len(one.names), 1) for j, one in self.chains.items()}
-        r_drives: dict[int, list[Scalar]] = {j: [*map(bound.graph.symbol, own)] for j, own in of_drives.items()}
-        self.left = {j: one.implicit(self.g, r_drives[j], 0) for j, one in self.chains.items()}
+        self.is_limited = any(one.is_limited for one in self.chains.values())
+        z = state_symbols(self.chains, "z") if self.is_limited else {}
+        self.states = (*bound.arguments()["z"], *(name for own in z.values() for name in own)) if z else ()
+        """Names of all states, where limits are at the start of the step as these say."""
+        slopes = {j: self.chains[j].slopes([*map(bound.graph.symbol, z[j])], inputs_of(bound, j)) for j in z}
+
+        def answers(r: Mapping[int, Sequence[Scalar]], e: Scalar, xd: Scalar) -> dict[int, tuple[list[Scalar], Scalar]]:
+            return {j: x.implicit(self.g, r[j], e, xd, slopes.get(j, WITHIN)) for j, x in self.chains.items()}
+
+        nothing = {j: (0,) * len(own) for j, own in of_drives.items()}
+        self.by_error, self.by_velocity = answers(nothing, 1, 0), answers(nothing, 0, 1)
+        self.left = answers({j: [*map(bound.graph.symbol, own)] for j, own in of_drives.items()}, 0, 0)
         self.bristles = {j: bound.friction_of(j).implicit_bristle(self.g) for j in bound.machine.bristles}
         self.rows = (0,) * len(on_base) + bound.machine.independent
         self.r_q, self.r_v = (self._per_joint(name) for name in ("r_q", "r_v"))
@@ -153,8 +165,10 @@ class _System:
         z_z = [one.solution(self.r_z[j], product(self._row(j), v)) for j, one in self.bristles.items()]
         for j, chain in self.chains.items():
             row = self._row(j)
-            behind = chain.Kv * product(row, q) + product(row, v)
-            z_z += [x - a * behind for x, a in zip(self.left[j][0], self.by_error[j][0], strict=True)]
+            xd = product(row, v)
+            behind = chain.Kv * product(row, q) + xd
+            parts = (self.left[j][0], self.by_error[j][0], self.by_velocity[j][0])
+            z_z += [x - a * behind + b * xd for x, a, b in zip(*parts, strict=True)]
         return found | ({"z_z": Result(None, tuple(z_z), (len(z_z),))} if z_z else {})
 
     def _symbols(self, names: Mapping[int, str]) -> Scalars:
@@ -255,8 +269,8 @@ class _System:
             for j, kp, kd in zip(bound.motors, *gains, strict=True):
                 K[j], D[j] = K[j] + kp, D[j] + kd
         for j, chain in self.chains.items():
-            gain = self.by_error[j][1]
-            K[j], D[j] = K[j] + chain.Kv * gain, D[j] + gain
+            gain, drag = self.by_error[j][1], self.by_velocity[j][1]
+            K[j], D[j] = K[j] + chain.Kv * gain, D[j] + gain - drag
         return _Diagonals(K, D, coupled)
 
     def _friction(self, j: int) -> Scalar:

@@ -3,15 +3,17 @@
     g(v)  = Fc + (Fb - Fc)/(1 + (v/vb)^2) + mu |lambda|             Stribeck without exp, Hess and Soom 1990
     Gamma = s0 z + s1 zd + s2 v,   zd = v (1 - alpha y)             (D1), (D2)
     y     = s0 z sign(v)/g(v),     alpha = x^2 (3 - 2 x),   x = min(max((y - b)/(1 - b), 0), 1)
+          = 1/2 + d (3 - (d/w)^2)/(4 w),     d = |y - b| - |y - 1|,   w = 1 - b
 
 y is the deflection of the bristle by that of steady slip, positive where it bends in the sense of the motion, so that
-alpha is 0 elsewhere without a branch. b = 0 stands for LuGre, alpha = 1. Absolute values and bounds are made of `sign`,
-which all targets, intervals and certificates have.
+alpha is 0 elsewhere without a branch. b = 0 stands for LuGre, alpha = 1. Absolute values are made of `sign`, which all
+targets, intervals and certificates have: of the difference of two they bound x on both sides, in few operations.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.joint_laws import friction, friction_slope, smooth_sign
@@ -85,35 +87,30 @@ class JointFriction:
         return self.viscous if speed is None else friction_slope(self.viscous, self.level(), self.creep, speed)
 
     def implicit_bristle(self, g: Scalar) -> ImplicitBristle:
-        """What the bristle does in (I - g T) x = r: its exact slope by z, that by v not below 0 and without g'(v)."""
-        y = self._bent()
-        x = self._elastic_left(y)
-        slipping = 1 if is_zero(self.breakaway) else x * x * (3 - 2 * x)
-        slower = slipping if is_zero(self.breakaway) else slipping + y * (6 * x * (1 - x)) / (1 - self.breakaway)
-        a = slower * self.bristle * self._amount(self.v) / self.level()
-        followed = self._above_zero(1 - slipping * y)
+        """What the bristle does in (I - g T) x = r: slopes by z and v without those of alpha and g, none below 0.
+
+        That by z is of a bristle that slips: one that is bent in fast motion will do so within the step.
+        """
+        by_z = self.bristle * sign(self.graph, self.v) / self.level()
+        y = by_z * self.z
+        left = 1 - self._slipping(y) * y
+        followed = (left + self._amount(left)) / 2
+        a = by_z * self.v
         return ImplicitBristle(g, self.bristle, self.damping, a, followed, 1 / (1 + g * a))
 
     def _bent(self) -> Scalar:
         return self.bristle * self.z * sign(self.graph, self.v) / self.level()
 
-    def _elastic_left(self, y: Scalar) -> Scalar:
-        """How far y is from the end of elastic deflections to steady slip, from 0 to 1."""
-        x = self._above_zero((y - self.breakaway) / (1 - self.breakaway))
-        return 1 - self._above_zero(1 - x)
-
     def _slipping(self, y: Scalar) -> Scalar:
         """Return alpha."""
         if is_zero(self.breakaway):
             return 1
-        x = self._elastic_left(y)
-        return x * x * (3 - 2 * x)
+        width = 1 - self.breakaway
+        d = self._amount(y - self.breakaway) - self._amount(y - 1)
+        return Fraction(1, 2) + d * (Fraction(3, 4) / width - d * d / (4 * width * width * width))
 
     def _amount(self, x: Scalar) -> Scalar:
         return x * sign(self.graph, x)
-
-    def _above_zero(self, x: Scalar) -> Scalar:
-        return x * (1 + sign(self.graph, x)) / 2
 
     def _speed(self) -> Scalar | None:
         """sqrt(v^2 + creep^2) of a joint that creeps; None for others."""

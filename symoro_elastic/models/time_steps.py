@@ -27,7 +27,7 @@ def models_of_steps(
     """Yield the models that steps of some methods call, without those `at_hand`; raises `InputError`."""
     if not steps:
         return
-    refuse_machines_without_steps(machine, steps)
+    _refuse_machines(machine, steps)
     needed = ["direct_dynamics"]
     needed += ["inverse_dynamics"] if Motors.DRIVEN in ways_to_give_motors(machine) else []
     needed += [] if {*steps}.isdisjoint(ROSENBROCK) else ["linearization"]
@@ -52,7 +52,17 @@ def has_drives(machine: Machine, steps: Sequence[str]) -> bool:
 
 
 def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> None:
-    """Raise `InputError` where a machine has no time steps, or not those of some method."""
+    """Raise `InputError` where a machine has no time steps, or not those of some method, or they need its loads.
+
+    Generated steps are given the torques through transmissions; who calls this has none to give.
+    """
+    _refuse_machines(machine, steps)
+    if machine.loaded:
+        what = "the torque through the joint is not known here: leave load out, or call generated steps with it"
+        raise machine.error(f"friction, {machine.joint(machine.loaded[0]).name}, load", what)
+
+
+def _refuse_machines(machine: Machine, steps: Sequence[str]) -> None:
     _refuse_base(machine, steps)
     if not machine.independent and not machine.degrees_of_base:
         raise machine.error("steps", "no joint moves, so there is no state to take a step: leave them out")
@@ -73,10 +83,10 @@ def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> Non
 
 def _refuse_friction(machine: Machine, steps: Sequence[str]) -> None:
     """Raise `InputError` for laws of friction that steps do not have."""
-    if machine.loaded:
-        what = "steps do not know the torque that passes through the joint: leave load out, or take direct_dynamics"
-        raise machine.error(f"friction, {machine.joint(machine.loaded[0]).name}, load", what)
     lacking = [name for name in steps if name in WITHOUT_STATES]
+    if machine.loaded and lacking:
+        what = f"{lacking[0]} is not offered with friction that rises with load: take w3"
+        raise machine.error(f"friction, {machine.joint(machine.loaded[0]).name}, load", what)
     if machine.bristles and lacking:
         what = f"{lacking[0]} is not offered with states of friction (bristle): take w3"
         raise machine.error(f"steps, {machine.joint(machine.bristles[0]).name}", what)

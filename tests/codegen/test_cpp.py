@@ -27,6 +27,7 @@ from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
 from tests.closed_chains.machines import machine as of_loops
 from tests.codegen.test_local_names import PARAMETERS, VARIABLES, arm
+from tests.codegen.test_time_steps import machine as of_steps
 from tests.models.test_floating_base import on
 from tests.references.random_machines import chain, planar_2r, random_machine
 
@@ -44,6 +45,7 @@ CASES = {
     "body": (("direct_dynamics",), ("w2",)),
     "long": (("inverse_dynamics",), ()),
     "hostile": (("direct_dynamics", "geometric_model"), ()),
+    "drives": (("direct_dynamics",), ("w3",)),
 }
 """Models and methods of time steps."""
 PROTOTYPE = re.compile(r"^void (\w+)\(([^)]*)\);", re.MULTILINE)
@@ -64,6 +66,8 @@ def machine(name: str) -> Machine:
         return on(Machine("body", (Joint("tip", 0, Kind.FIXED, 2),)))
     if name == "on_base":
         return on(random_machine(3, joints=2, massless=0, friction=False))
+    if name == "drives":
+        return of_steps(name)
     if name == "hostile":
         return arm(VARIABLES, (*PARAMETERS, "joints", "motors", "std", "detail", "Scalar", "INT8_MAX", "p_x"))
     return chain(22) if name == "long" else of_loops(name)

@@ -30,8 +30,8 @@ from tests.codegen.test_local_names import arm
 from tests.codegen.test_time_steps import STATES, STRICT, Generated, H, generated, given, parameters, pointers
 from tests.references.random_machines import planar_2r
 
-CASES = ("pushed", "delta", "on_base")
-"""A tree with springs, wrenches and dense systems; loops without closed form; a floating base."""
+CASES = ("pushed", "delta", "on_base", "drives")
+"""A tree with springs, wrenches and dense systems; loops without closed form; a floating base; limits of drives."""
 STEPS, HOLD = 5, 2
 
 pytestmark = [

@@ -24,10 +24,15 @@ from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
 from symoro_elastic.codegen.targets.c import render_c, source_text
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
+from symoro_elastic.codegen.time_steps import loads_of
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.machine import Floating, Joint, Kind, KnownOfBase, Machine, Orientation
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.drives import CurrentControl, Drive, Drives, LowPass, Notch
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.joints import Electrics
+from symoro_elastic.machine.machine import Floating, Friction, Joint, Kind, KnownOfBase, Machine, Orientation
 from symoro_elastic.machine.resolve import resolve
 from symoro_elastic.machine.restrict import under_forces
 from symoro_elastic.machine.scene import Scene
@@ -56,6 +61,8 @@ CASES = {
     "ball_screw": ("w2",),
     "on_base": ("w3", "rk4", "midpoint"),
     "body": ("w2",),
+    "drives": ("w3", "rk4"),
+    "loaded": ("w3",),
 }
 
 pytestmark = [pytest.mark.skipif(not COMPILERS, reason="no C compiler"), pytest.mark.sampled(6)]
@@ -74,9 +81,45 @@ def machine(name: str) -> Machine:
         return on(creeping(random_machine(3, joints=3, kinds=kinds, massless=0)), turned=Orientation.QUATERNION)
     if name == "body":
         return on(Machine("body", (Joint("tip", 0, Kind.FIXED, 2),)))
+    if name == "loaded":
+        return loaded(creeping(two_motors()))
+    if name == "drives":
+        return with_limits(creeping(two_motors()))
     stem, _, driven = name.partition(" driven at ")
     found = creeping(of_loops(stem))
     return driven_at(found, driven) if driven else found
+
+
+def two_motors() -> Machine:
+    return random_machine(1, joints=4, kinds=(Kind.MOTOR, Kind.ELASTIC), massless=0)
+
+
+def loaded(machine: Machine, coulomb: str = "0.3", share: str = "0.2") -> Machine:
+    """The machine with friction of its motors that rises with load, on a bristle or creeping in turn."""
+    keys = ("viscous", "coulomb", "load", "creep", "bristle", "bristle_damping")
+    laws = (("0.1", coulomb, share, "0.01", "0", "0"), ("0.1", coulomb, share, "0", "300", "1"))
+    known = [Friction(**dict(zip(keys, map(Formula.parse, law), strict=True))) for law in laws]
+    places = {joint.name: known[k % 2] for k, joint in enumerate(machine.motor_joints, start=1)}
+    rows = (replace(joint, friction=places.get(joint.name, joint.friction)) for joint in machine.joints)
+    return replace(machine, joints=tuple(rows))
+
+
+def with_limits(machine: Machine) -> DescribedMachine:
+    """The machine with drives whose limits act at some of the states: a lag and a notch, a winding, a plain gain."""
+    volts = Electrics(*map(Formula.parse, ("0.5", "2e-3", "0.2", "0.15")))
+    joints = tuple(replace(row, electrics=volts) for row in machine.joints)
+    gains, notch = (Formula.parse("20"), Formula.parse("2")), Notch(*map(Formula.parse, ("30", "0.1", "0.7")))
+    few, tn, lag = Formula.parse("15"), Formula.parse("0.02"), Formula.parse("2e-4")
+    smooth = LowPass(Formula.parse("60"), 2)
+    current = CurrentControl(Formula.parse("4"), Formula.parse("3e-3"))
+    kinds = (
+        Drive(*gains, tn, lag, filters=(notch,), torque_limit=few, set_point=smooth),
+        Drive(*gains, tn, current=current, current_limit=few, voltage_limit=few),
+        Drive(*gains),
+    )
+    by_motor = {joint.name: kind for joint, kind in zip(machine.motor_joints, kinds, strict=False)}
+    assert len(by_motor) > 1
+    return replace(DescribedMachine.of(replace(machine, joints=joints)), drives=Drives(by_motor))
 
 
 def driven_at(machine: Machine, name: str) -> Machine:
@@ -122,7 +165,8 @@ def state_of(name: str, package: Package, module: ModuleType) -> dict[str, Array
         others = {"P0": rng.normal(size=(STATES, 3)), "V0": rng.normal(size=(STATES, 6))}
         return joints | {package.base[0].name: first} | others
     if package.dependent is None:
-        return {"q": 0.1 * rng.normal(size=(STATES, n)), "qd": rng.normal(size=(STATES, n))}
+        moved = {"q": 0.1 * rng.normal(size=(STATES, n)), "qd": rng.normal(size=(STATES, n))}
+        return moved | ({"z": rng.normal(size=(STATES, len(package.states)))} if package.states else {})
     first = situations(name.split(maxsplit=1)[0])[0].state
     q = np.array(first.u) + 1e-3 * rng.normal(size=(STATES, n))
     if not package.assembled:
@@ -177,10 +221,12 @@ def by_numpy(of: Generated, step: StepText) -> tuple[Array, ...]:
     motors = len(of.package.motor_names)
     read = given(step, of.package, of.state["q"])
     widths = dict.fromkeys(step.variant.of_nodes, motors) | {"f0": 6, "f_ext": of.package.external}
+    widths["load"] = loads_of(of.package)
     nodes = len(step.method.nodes_of(step.variant))
     rows = [x.reshape(STATES, nodes, widths[name]) if name in widths else x for name, x in read.items()]
     function = getattr(of.module, step.name.removeprefix(f"{of.package.name}_"))
-    found: tuple[Array, ...] = function(*rows, H, *of.state.values(), parameters(of.package)[:-1])
+    carried = [of.state[array.name] for array in step.written if array.name in of.state]
+    found: tuple[Array, ...] = function(*rows, H, *carried, parameters(of.package)[:-1])
     return found
 
 
@@ -204,6 +250,20 @@ def test_c_is_numpy_and_batches_are_single_calls(name: str) -> None:
         if step.method.kind != "rosenbrock":
             for ours, other in zip(one, by_batch(of, step), strict=True):
                 np.testing.assert_array_equal(ours, other, err_msg=step.name)
+
+
+@pytest.mark.parametrize("method", ["w3", "rk4"])
+def test_friction_by_load_is_more_dry_friction(method: str, tmp_path: Path) -> None:
+    """A step under the torques -3 and 3 through both joints is one of a machine with 0.2 times 3 more."""
+    rng, found = np.random.default_rng(6), []
+    (q, qd), z, tau = rng.normal(size=(2, 4)), np.array([2e-3]), rng.normal(size=(len(METHODS), 2))
+    tau = tau[: 4 if method == "w3" else 3]
+    for name, made in {"less": loaded(two_motors()), "more": loaded(two_motors(), "0.9", "0")}.items():
+        package = trace_models(made, Scene(models=("direct_dynamics",), steps=(method,))).package
+        module = import_package(render_numpy(package), tmp_path / name)
+        load = [np.tile([-3.0, 3.0], (len(tau), 1))] if name == "less" else []
+        found.append(np.concatenate(getattr(module, f"step_{method}")(tau, *load, 1e-3, q, qd, z)))
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-12 * np.abs(found[0]).max())
 
 
 def test_the_same_in_two_calls() -> None:

@@ -10,19 +10,21 @@ import numpy as np
 import pytest
 from mpmath import mpf
 
-from symoro_elastic.analysis.control.cascade import cascade_of
-from symoro_elastic.analysis.control.closed_loop import drive_system
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.drives import Drive, Drives, LowPass, Notch
+from symoro_elastic.machine.drives import CurrentControl, Drive, Drives, LowPass, Notch
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.joints import Electrics
 from symoro_elastic.machine.machine import Friction, Kind, Machine
+from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.drive_states import chains_of
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from tests.closed_chains.machines import machine, situations
 from tests.models.test_floating_base import on
 from tests.models.test_implicit_steps import G, values_of
 from tests.references.closed_chains import DIGITS, Array, exact
 from tests.references.constraint_multipliers import Multipliers
+from tests.references.drive_in_time import DriveInTime, Given
 from tests.references.random_machines import random_machine, random_state
 
 pytestmark = pytest.mark.sampled(6)
@@ -46,8 +48,18 @@ def some_drive(rng: np.random.Generator) -> Drive:
         "lag": formula(10 ** rng.uniform(-6, -3)),
         "dead_time": formula(1.5e-4),
         "filters": tuple(one for one in filters if rng.random() < 0.5),
+        "set_point": LowPass(formula(40), int(rng.integers(1, 3))),
+        "acceleration_forward": formula(0.3),
+        "torque_limit": formula(10 ** rng.uniform(-1, 4)),
+        "windup": formula(10 ** rng.uniform(-3, -1)),
     }
-    return Drive(**numbers, **{key: x for key, x in optional.items() if rng.random() < 0.7})
+    electric: dict[str, Any] = {}
+    if rng.random() < 0.5:
+        electric["current"] = CurrentControl(formula(4.0), formula(3e-3), formula(rng.choice([0, 0.6, 1])))
+        electric["current_limit"] = formula(10 ** rng.uniform(-1, 4)) if rng.random() < 0.5 else None
+        electric["voltage_limit"] = formula(10 ** rng.uniform(0, 4)) if rng.random() < 0.7 else None
+        optional["lag"] = formula(0)
+    return Drive(**numbers, **electric, **{key: x for key, x in optional.items() if rng.random() < 0.7})
 
 
 def with_states(described: Machine, seed: int) -> DescribedMachine:
@@ -60,7 +72,8 @@ def with_states(described: Machine, seed: int) -> DescribedMachine:
         kind = rng.choice([LUGRE, ELASTO_PLASTIC])
         bent = Friction(**law, breakaway=Formula.parse(kind))
         moves = joint.kind not in (Kind.FIXED, Kind.CUT) and rng.random() < 0.5
-        joints.append(replace(joint, friction=bent if moves else joint.friction))
+        winding = Electrics(*map(formula, rng.uniform([0.1, 1e-3, 0.05, 0.05], [1, 1e-2, 0.5, 0.5])))
+        joints.append(replace(joint, friction=bent if moves else joint.friction, electrics=winding))
     motors = [joint.name for joint in described.motor_joints]
     chosen = rng.permutation(motors)[: int(rng.integers(0, 4))]
     made = DescribedMachine.of(replace(described, joints=tuple(joints)))
@@ -68,16 +81,16 @@ def with_states(described: Machine, seed: int) -> DescribedMachine:
 
 
 def bristle_slopes(law: Friction, v: Any, z: Any) -> tuple[Any, Any, Any, Any, Any]:
-    """dzd/dv and dzd/dz as steps take them, s0, s1 and s2, of (D1) and (D2) with their branches."""
+    """dzd/dv and dzd/dz as steps take them, the latter of a bristle that slips; s0, s1 and s2, of (D1) and (D2)."""
     cell = {key: mpf(getattr(law, key).value()) for key in vars(law)}
     s0, beta = cell["bristle"], cell["breakaway"]
     g = cell["coulomb"] + (cell["static"] - cell["coulomb"]) / (1 + (v / cell["stribeck"]) ** 2)
     zs, zb = g / s0, beta * g / s0
-    alpha, change = mpf(1), mpf(0)
+    alpha = mpf(1)
     if beta:
         x = min(max((abs(z) - zb) / (zs - zb), 0), 1) if v * z > 0 else mpf(0)
-        alpha, change = 3 * x**2 - 2 * x**3, 6 * x * (1 - x) / (zs - zb)
-    a = s0 * abs(v) / g * (alpha + abs(z) * change)
+        alpha = 3 * x**2 - 2 * x**3
+    a = s0 * abs(v) / g
     return max(mpf(0), 1 - alpha * s0 * mpmath.sign(v) * z / g), -a, s0, cell["bristle_damping"], cell["viscous"]
 
 
@@ -109,27 +122,28 @@ def dense(A: Array, K: Array, D: Array, parts: list[Any], r: list[Any]) -> list[
     return list(mpmath.lu_solve(matrix, right))
 
 
-def parts_of(described: DescribedMachine, rows: Any, rates: Any, z: list[Any]) -> list[Any]:
-    """Bristles by joint, then drives by motor."""
-    found = []
-    for j, own in zip(described.bristles, z, strict=True):
-        slope, a, s0, s1, s2 = bristle_slopes(described.joint(j).friction, rates[j], own)
+def parts_of(described: DescribedMachine, rows: Any, at: dict[str, Any]) -> list[Any]:
+    """Bristles by joint, then drives by motor, at the state and the set points of `at`."""
+    found, z = [], [*at["z"]]
+    for j in described.bristles:
+        slope, a, s0, s1, s2 = bristle_slopes(described.joint(j).friction, at["speed"][j], z.pop(0))
         by_z, by_v = [-(s0 + s1 * a)], -(s2 + s1 * slope)
         found.append({"row": rows(j), "Z": [[a]], "Q": [0], "V": [slope], "by_q": 0, "by_v": by_v, "by_z": by_z})
-    for j in described.motors:
+    for k, j in enumerate(described.motors):
         drive = described.drives.by_motor.get(described.joint(j).name)
         if drive:
-            one = drive_system(cascade_of(described.joint(j), drive, {}, ""))
-            numbers = {"Z": one.A, "Q": -one.by_position, "V": -one.by_velocity, "by_z": one.C}
-            as_many = {key: np.vectorize(exact, otypes=[object])(x) if x.size else [] for key, x in numbers.items()}
-            by_q, by_v = (-exact(x) for x in one.through)
-            found.append({"row": rows(j), "by_q": by_q, "by_v": by_v, **as_many})
+            law = DriveInTime(described.joint(j), drive)
+            own, z = z[: at["sizes"][j]], z[at["sizes"][j] :]
+            given = Given(*(at[key][k] for key in ("r", "rd", "rdd")), at["position"][j], at["speed"][j], at["tau"][k])
+            found.append({"row": rows(j), **law.slopes(own, given)})
     return found
 
 
 def solution(described: Machine, given: dict[str, Any], symbols: dict[str, Any]) -> list[Any]:
     factors, solve = (traced.program for traced in implicit_system(described, Motors.DRIVES))
-    known = symbols | {s: exact(x) for i in factors.inputs for s, x in zip(i.symbols, given[i.name], strict=True)}
+    known = symbols | {
+        s: exact(x) for i in factors.inputs for s, x in zip(i.symbols, given[i.name][: len(i.symbols)], strict=True)
+    }
     handed = values_of(factors, known)["factors"]
     entries = given | {"factors": handed}
     sides = {i.name: i for i in solve.inputs}
@@ -145,15 +159,21 @@ def inertia(described: Machine, q: Any) -> Array:
 
 
 def compare(described: DescribedMachine, at: dict[str, Any], K: Any, D: Any, A: Array, rows: Any, symbols: Any) -> None:
+    """`at` has q and qd, and the positions of motors; states and set points are drawn."""
     rng = np.random.default_rng(5)
+    sizes = {j: len(chain.names) for j, chain in chains_of(Bound(described)).items()}
     z = [mpf(x) for x in rng.normal(size=len(described.bristles)) * 8e-3]
+    z += [mpf(x) for x in rng.normal(size=sum(sizes.values()))]
     qd = [exact(x) for x in at["qd"]]
-    speeds = {j: sum(np.array(rows(j)[-len(qd) :]) * np.array(qd)) for j in described.articulated}
-    parts = parts_of(described, rows, speeds, z)
+    speed = {j: sum(np.array(rows(j)[-len(qd) :]) * np.array(qd)) for j in described.articulated}
+    motors = len(described.motors)
+    drawn = {name: [mpf(x) for x in rng.normal(size=motors)] for name in ("r", "rd", "rdd", "tau")}
+    at = {**at, **drawn, "z": z, "sizes": sizes, "speed": speed}
+    parts = parts_of(described, rows, at)
     n, m = len(A), sum(len(part["Z"]) for part in parts)
     sides = {name: rng.uniform(-1, 1, size).tolist() for name, size in (("r_q", n), ("r_v", n), ("r_z", m))}
     wanted = dense(A, K, D, parts, [exact(x) for side in sides.values() for x in side])
-    found = solution(described, {**at, "z": z, "g": [G], **sides}, symbols)
+    found = solution(described, {**at, "g": [G], **sides}, symbols)
     assert len(found) == 2 * n + m
     for first, last in ((0, n), (n, 2 * n), (2 * n, 2 * n + m)):
         largest = max(map(abs, wanted[first:last]), default=1)
@@ -178,7 +198,8 @@ def test_trees(seed: int) -> None:
         whole = [np.diag([mpf(0)] * base + x) for x in (K, D)]
         unit = np.eye(base + n, dtype=int)
         rows = lambda j: unit[base + described.independent.index(j)]  # noqa: E731
-        compare(described, {"q": q, "qd": qd}, *whole, inertia(described, q), rows, {})
+        position = dict(zip(described.independent, map(exact, q), strict=True))
+        compare(described, {"q": q, "qd": qd, "position": position}, *whole, inertia(described, q), rows, {})
 
 
 def without_dry_friction(described: Machine) -> Machine:
@@ -206,6 +227,7 @@ def test_couplings_and_loops(name: str) -> None:
         damped = sum((table[j - 1].viscous * np.outer(rows(j), rows(j)) for j in viscous), 0)
         given = {"q": situation.state.u, "qd": situation.state.ud}
         given["q_dep"] = [at.at[variable] for variable in at.chain.dependent]
+        given["position"] = {j: at.at[str(described.joint(j).variable)] for j in described.motors}
         symbols = {p.name: p.value.evaluate({}, {}, exact) for p in described.parameters if p.value}
         matrices = (at.S_x.T @ K @ at.S_x, at.S_x.T @ D @ at.S_x + damped)
         compare(described, given, *matrices, at.inertia(), rows, symbols)

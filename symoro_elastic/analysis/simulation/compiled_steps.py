@@ -4,29 +4,32 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.drive_torques import states_of_drives, torques_of_drives
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.c_steps import Run, render_runs, runs
-from symoro_elastic.codegen.compile import compile_library, load_library
+from symoro_elastic.codegen.compile import CompiledPackage, compile_library, load_library
 from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
 from symoro_elastic.codegen.local_names import with_own_results
+from symoro_elastic.codegen.package import EXTERNAL
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.codegen.targets.c import render_c, source_text
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models.drive_states import driven_motors
+from symoro_elastic.models import closed_dynamics
+from symoro_elastic.models.drive_states import driven_motors, states_at_rest
 from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.models.state import split_into
+from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.branch_crossings import refuse_lost
 
@@ -43,12 +46,14 @@ class Trajectory(Motion):
     """States along a motion: what steps carry, and the torques.
 
     `step` is the time between steps and `seconds` what one took; a motion of many steps keeps some of them only.
+    `numbers` are those of the steps that are kept where intervals differ in length, `step` is then the longest.
     """
 
     method: str
     step: float
     steps: int
     seconds: float
+    numbers: AnyArray | None = None
 
 
 class CompiledSteps:
@@ -67,16 +72,19 @@ class CompiledSteps:
 
         Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
         """
+        refuse_machines_without_steps(machine, methods)
         self.machine = machine
         self.package = trace_models(
             machine, Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)
         ).package
         text = source_text(with_own_results(self.package), precision)
-        self._name = self.package.name + precision.suffix
-        files = render_c(self.package, precision) | render_runs(self._name, text.steps)
-        library = load_library(compile_library(files, folder, flags=self.flags))
-        self._runs = {run.name: run for run in runs(text.steps)}
-        self._entries = {name: _entry(library, run) for name, run in self._runs.items()}
+        self.name = self.package.name + precision.suffix
+        files = render_c(self.package, precision) | render_runs(self.name, text.steps)
+        path = compile_library(files, folder, flags=self.flags)
+        library = load_library(path)
+        self.runs = {run.name: run for run in runs(text.steps)}
+        self._entries = {name: _entry(library, run) for name, run in self.runs.items()}
+        self._models = CompiledPackage(self.package, path, precision)
 
     def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
         """Return the motion along a reference by even steps; NaN or infinite where it grows without bound."""
@@ -85,27 +93,59 @@ class CompiledSteps:
         if reference.loaded.forces != self.machine.forces:
             raise reference.prescribed.error("forces", "these steps were generated for a machine under other forces")
         h = reference.duration / steps
-        run = self._runs[f"{self._name}_step_{method}{ways_of(reference).suffix}"]
-        state = {name: block.copy() for name, block in _at_start(reference).items() if name in run.written}
+        run = self.runs[f"{self.name}_step_{method}{ways_of(reference).suffix}"]
+        state = {name: block.copy() for name, block in self.at_start(reference).items() if name in run.written}
         every = -(-steps // MOST_RECORDED)
         kept, passed = [np.concatenate(list(state.values()))[None]], 0.0
         width = sum(run.written.values())
         for first in range(0, steps, CHUNK):
             count = min(CHUNK, steps - first)
-            given = _rows(reference, method, h * np.arange(first, first + count, dtype=float), h)
+            given = inputs_of_steps(reference, method, h * np.arange(first, first + count, dtype=float), h)
             record = np.empty((count, width))
-            arrays = [given[name] for name in run.read]
-            began = time.perf_counter()
-            self._call(run, count, arrays, h, [*state.values(), record])
-            passed += time.perf_counter() - began
+            passed += self.take(run, [given[name] for name in run.read], h, state, record)
             last = [k for k in range(count) if (first + k + 1) % every == 0 or first + k + 1 == steps]
             kept.append(record[last])
             progress(first + count, steps)
         numbers = [0, *(k for k in range(1, steps + 1) if k % every == 0 or k == steps)]
         t = np.array(numbers) * h
         states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(kept))}
-        moved = with_torques(reference, Motion(states, t))
+        moved = self.with_torques(reference, Motion(states, t))
         return Trajectory(moved.blocks, t, method, h, steps, passed / steps)
+
+    def take(self, run: Run, read: Sequence[Array], h: float, state: Mapping[str, Array], record: Array) -> float:
+        """Take a step for each row of the record from a state, which changes; return the seconds that they took."""
+        began = time.perf_counter()
+        self._call(run, len(record), read, h, [*state.values(), record])
+        return time.perf_counter() - began
+
+    def at_start(self, reference: Reference) -> dict[str, Array]:
+        """Return the blocks of a step at the start: drives with the torques that hold the machine, friction idle."""
+        z = np.zeros(len(self.machine.bristles))
+        if reference.drives:
+            r, rd, _ = ([*x[0]] for x in reference.at(np.zeros(1)))
+            z = np.concatenate([z, states_at_rest(self.machine, r, rd, [*reference.start.torques])])
+        return {**reference.at_start.blocks, "z": z}
+
+    def with_torques(self, reference: Reference, motion: Motion, added: Array | None = None) -> Motion:
+        """Return the states with torques of drives or servos; of the states z those of friction stay.
+
+        `added` (N, m) are the torques that drives are given, in place of those that are fed forward.
+        """
+        if not reference.drives:
+            return with_servo_torques(reference, motion)
+        tau = reference.fed_torques(motion.t) if added is None else added
+        called = next(f for f in self.package.functions if f.name == closed_dynamics.NAME)
+        given = dict(zip(("r", "rd", "rdd"), reference.at(motion.t), strict=True))
+        given |= {"tau": tau, EXTERNAL: reference.wrenches(motion.t)[0]}
+        given |= {} if self.p is None else {"p": self.p}
+        known = {argument.name for argument in (*called.arguments,)} | {"p"}
+        arrays = {name: x for name, x in {**motion.blocks, **given}.items() if name in known}
+        found = self._models.call(called.name, **arrays)["tau_m"]
+        blocks, friction = (
+            {name: x for name, x in motion.blocks.items() if name != "z"},
+            len(reference.machine.bristles),
+        )
+        return replace(motion, blocks=blocks | ({"z": motion.z[:, :friction]} if friction else {}) | {"tau": found})
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
         held = [np.ascontiguousarray(array) for array in read]
@@ -121,24 +161,6 @@ def ways_of(reference: Reference) -> Motors:
     if reference.drives:
         return Motors.DRIVES
     return Motors.DRIVEN if reference.servo is None else Motors.SERVO
-
-
-def _at_start(reference: Reference) -> dict[str, Array]:
-    """Return the blocks of a step at the start: drives with the torques that hold the machine, friction idle."""
-    friction = np.zeros(len(reference.machine.bristles))
-    return {**reference.at_start.blocks, "z": np.concatenate([friction, states_of_drives(reference)])}
-
-
-def with_torques(reference: Reference, motion: Motion) -> Motion:
-    """Return the states with torques of drives or servos; of the states z those of friction stay."""
-    friction = len(reference.machine.bristles)
-    z = motion.z
-    if friction or z.shape[1]:
-        motion = replace(motion, blocks={name: block for name, block in motion.blocks.items() if name != "z"})
-        motion = motion.with_blocks(z=z[:, :friction]) if friction else motion
-    if reference.drives:
-        return motion.with_blocks(tau=torques_of_drives(reference, motion, z[:, friction:]))
-    return with_servo_torques(reference, motion)
 
 
 def with_servo_torques(reference: Reference, motion: Motion) -> Motion:
@@ -159,12 +181,10 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
 
 def refuse_sampled(reference: Reference) -> None:
     """Raise `InputError` for drives that generated steps do not have."""
-    if reference.drives and not driven_motors(reference.machine):
-        what = (
-            "drives with a period, limits, a filter of the set point, kp and ti of the current or a measured load need "
-        )
-        what += "steps that are adapted"
-        raise reference.prescribed.error("drives", f"{what}: simulate with --adaptive")
+    continuous = all(one.period is None for one in drives_of(reference.machine).by_motor.values())
+    if reference.drives and continuous and not driven_motors(reference.machine):
+        what = "drives without a period that measure a load need steps that are adapted: simulate with --adaptive"
+        raise reference.prescribed.error("drives", what)
 
 
 def refuse_drives(reference: Reference) -> None:
@@ -212,8 +232,13 @@ def reference_motion(reference: Reference, steps: int) -> Trajectory:
     return Trajectory(blocks, t, "", reference.duration / steps, steps, 0.0)
 
 
-def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[str, Array]:
-    """Return what a step is given of the motors and of forces, a row for each node of each step."""
+def inputs_of_steps(
+    reference: Reference, method: str, begins: Array, h: float, held: Array | None = None
+) -> dict[str, Array]:
+    """Return what a step is given of the motors and of forces, a row for each node of each step.
+
+    `held` (m,) are torques that sampled drives hold, in place of those that are fed forward.
+    """
     nodes = np.array(nodes_of(METHODS[method], driven=reference.servo is None), dtype=float)
     times = (begins[:, None] + h * nodes).ravel()
     y, yd, ydd = (x.reshape(len(begins), -1) for x in reference.at(times))
@@ -224,13 +249,12 @@ def _rows(reference: Reference, method: str, begins: Array, h: float) -> dict[st
     if reference.servo is None:
         return forces | {"y": y, "yd": yd, "ydd": ydd, "yddd": reference.jerks(begins)}
     kp, kd = reference.servo
-    tau = reference.start.torques
     if reference.drives:
-        fed = reference.fed_torques(times).reshape(len(begins), -1)
-        return forces | {"tau": fed, "r": y, "rd": yd, "rdd": ydd}
+        tau = reference.fed_torques(times) if held is None else np.tile(held, (len(times), 1))
+        return forces | {"tau": tau.reshape(len(begins), -1), "r": y, "rd": yd, "rdd": ydd}
     _, rate, change = reference.at(begins)
     return forces | {
-        "tau": np.tile(tau, (len(begins), len(nodes))),
+        "tau": np.tile(reference.start.torques, (len(begins), len(nodes))),
         "r": y,
         "rd": yd,
         "kp": kp,

@@ -1,10 +1,10 @@
-"""Drives along motions: inputs of their laws, states at the start, torques."""
+"""Drives along motions: inputs of their laws, positions that they control."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from symoro_elastic.analysis.control.drive_laws import law_of
+from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.foundation.array_types import Array
 
@@ -15,23 +15,24 @@ def inputs_of(reference: Reference, motion: Motion, controlled: Array, xd: Array
     return np.stack([*reference.at(motion.t), controlled, xd, fed], axis=-1)
 
 
-def states_of_drives(reference: Reference) -> Array:
-    """Return the states of all drives, in order, in which they have given the torques at the start for long."""
-    if not reference.drives:
-        return np.zeros(0)
-    first = np.zeros((1, len(reference.drives)))
-    r, rd, _ = reference.at(np.zeros(1))
-    tau = reference.start.torques[: len(reference.drives)][None]
-    (u,) = np.stack([r, rd, first, first, first, tau], axis=-1)
-    return np.concatenate([law_of(one).rest @ x for one, x in zip(reference.drives, u, strict=True)])
+class ControlledPositions:
+    """Positions that the drives of a reference control: of their motors, or of loads over their ratios."""
 
+    def __init__(self, reference: Reference) -> None:
+        self.reference = reference
+        names = tuple(load.signal for load in reference.loads if load)
+        self._observer = Observer(reference.machine, reference, names) if names else None
+        self._loaded = [k for k, load in enumerate(reference.loads) if load]
+        self._ratios = np.array([load.ratio for load in reference.loads if load])
 
-def torques_of_drives(reference: Reference, motion: Motion, z: Array) -> Array:
-    """Return the torques (N, m) of the drives at their states z (N, states) along a motion."""
-    x, xd = reference.of_motors(motion)
-    u, found, first = inputs_of(reference, motion, x, xd), [], 0
-    for k, law in enumerate(map(law_of, reference.drives)):
-        last = first + len(law.A)
-        found.append(law.torques(z[:, first:last], u[:, k]))
-        first = last
-    return np.stack(found, axis=1)
+    def __call__(self, motion: Motion, x: Array) -> Array:
+        """Return the positions (N, m) that are controlled, x being those of the motors."""
+        if self._observer is None:
+            return x
+        start = self.reference.start
+        blocks = {"q": np.vstack([start.q, motion.q]), "qd": np.vstack([start.qd, motion.qd])}
+        found = self._observer.outputs(Motion(blocks, np.append(0.0, motion.t)))
+        at_start = self.reference.motors_at_start
+        x = x.copy()
+        x[:, self._loaded] = at_start[self._loaded] + (found[1:] - found[0]) / self._ratios
+        return x

@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from symoro_elastic.analysis.control.drive_laws import XD, DriveLaw, X, law_of
-from symoro_elastic.analysis.simulation.drive_torques import inputs_of
-from symoro_elastic.analysis.simulation.observed import Observer
+from symoro_elastic.analysis.simulation.drive_torques import ControlledPositions, inputs_of
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.right_side import CompiledMotion
 from symoro_elastic.foundation.array_types import Array
@@ -36,10 +35,7 @@ class DrivenMotion(CompiledMotion):
         self.drives = self.laws()
         ends = np.cumsum([0, *(len(one.A) for one in self.drives)]) + 2 * len(self.free)
         self.parts = [slice(first, last) for first, last in pairwise(ends)]
-        names = tuple(load.signal for load in reference.loads if load)
-        self._observer = Observer(reference.machine, reference, names) if names else None
-        self._loaded = [k for k, load in enumerate(reference.loads) if load]
-        self._ratios = np.array([load.ratio for load in reference.loads if load])
+        self.controlled = ControlledPositions(reference)
 
     def laws(self) -> list[DriveLaw]:
         """Return the laws of the drives, in order of motors."""
@@ -82,18 +78,6 @@ class DrivenMotion(CompiledMotion):
         """Return the inputs (N, m, 6) of the laws."""
         x, xd = self.of_motors(motion)
         return inputs_of(self.reference, motion, self.controlled(motion, x), xd)
-
-    def controlled(self, motion: Motion, x: Array) -> Array:
-        """Return the positions (N, m) that are controlled: x of the motors, or of loads over their ratios."""
-        if self._observer is None:
-            return x
-        start = self.reference.start
-        blocks = {"q": np.vstack([start.q, motion.q]), "qd": np.vstack([start.qd, motion.qd])}
-        found = self._observer.outputs(Motion(blocks, np.append(0.0, motion.t)))
-        at_start = self.reference.motors_at_start
-        x = x.copy()
-        x[:, self._loaded] = at_start[self._loaded] + (found[1:] - found[0]) / self._ratios
-        return x
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
         """Return dy'/dy; of drives on dependent joints the change of S_m is left out, loads stand for their motors."""

@@ -8,7 +8,7 @@ z' = (u - z)/lag.
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -61,33 +61,28 @@ class Held:
         return found
 
 
-class SampledMotion(DrivenMotion):
-    """The right side of a motion between samples; y = [q; qd; z], torques of current loops in order of motors."""
+class Sampling:
+    """The controllers of a motion: the intervals in which torques are held, and what they sample and give."""
 
-    explicit = "RK45"
-    """Intervals are short, and every one costs a start."""
-
-    def __init__(self, reference: Reference, folder: Path) -> None:
-        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+    def __init__(self, reference: Reference) -> None:
+        """Raises `InputError`."""
+        self.reference = reference
         self.period = period_of(reference.drives, reference.machine.label)
         self.dead_times = [_dead_time(one, self.period, reference.machine) for one in reference.drives]
-        self.lags = np.array([_lag(one) for one in reference.drives])
-        super().__init__(reference, folder)
         code = numpy_model(reference.machine, (CONTROL, START))
         self._control: Any = code.control
         y, yd, ydd = (x[0] for x in reference.at(np.zeros(1)))
         self._states: Array = code.control_start(y, yd, ydd, reference.start.torques)
-        self.held = Held([-np.inf], [reference.start.torques.copy()])
-
-    def laws(self) -> list[DriveLaw]:
-        """Return the current loops, which are all that is between samples."""
-        return [current_loop(one, lag) for one, lag in zip(self.reference.drives, self.lags, strict=True)]
+        self.held = self._at_start()
 
     def begun(self) -> Self:
-        """Return the motion from its start, with a record of its own."""
+        """Return the same from the start, with a record of its own."""
         other = copy.copy(self)
-        other.held = Held([-np.inf], [self.reference.start.torques.copy()])
+        other.held = self._at_start()
         return other
+
+    def _at_start(self) -> Held:
+        return Held([-np.inf], [self.reference.start.torques.copy()])
 
     @property
     def intervals(self) -> Iterator[tuple[float, float]]:
@@ -109,8 +104,8 @@ class SampledMotion(DrivenMotion):
         """Times after a sample at which torques change, the sample itself first."""
         return sorted({0.0, *(dead for dead in self.dead_times if dead < self.period)})
 
-    def begin(self, number: int, t: float, y: Array) -> None:
-        """Take the interval of this number, which begins at t with y: sample, and hold what is due."""
+    def hold(self, number: int, t: float, read: Callable[[], tuple[Array, Array]]) -> None:
+        """Take the interval of this number, which begins at t: sample positions and speeds (m,), hold what is due."""
         offsets, held = self._offsets, self.held
         at = offsets[number % len(offsets)]
         torques = held.torques[-1].copy()
@@ -118,21 +113,46 @@ class SampledMotion(DrivenMotion):
             before = held.samples[-1].u if held.samples else held.torques[0]
             due = [k for k, dead in enumerate(self.dead_times) if dead == self.period]
             torques[due] = before[due]
-            held.samples.append(self._sample(t, y))
+            held.samples.append(self._sample(t, *read()))
         due = [k for k, dead in enumerate(self.dead_times) if dead == at]
         torques[due] = held.samples[-1].u[due]
         held.times.append(t)
         held.torques.append(torques)
 
-    def _sample(self, t: float, y: Array) -> Sample:
+    def _sample(self, t: float, measured: Array, speed: Array) -> Sample:
         """Return what the controllers read and give at t."""
-        motion = self.states(np.array([t]), y[None], self.reference.at_start)
-        x, (xd,) = self.of_motors(motion)
         (r,), (rd,), (rdd,) = self.reference.at(np.array([t]))
         zc = self.held.samples[-1].zc_next if self.held.samples else self._states
-        read = (self.controlled(motion, x)[0], xd, r, rd, rdd, self.reference.fed_torques(np.array([t]))[0], zc)
+        read = (measured, speed, r, rd, rdd, self.reference.fed_torques(np.array([t]))[0], zc)
         u, zc_next = self._control(*read)
         return Sample(t, *read, u, zc_next)
+
+
+class SampledMotion(Sampling, DrivenMotion):
+    """The right side of a motion between samples; y = [q; qd; z], torques of current loops in order of motors."""
+
+    explicit = "RK45"
+    """Intervals are short, and every one costs a start."""
+
+    def __init__(self, reference: Reference, folder: Path) -> None:
+        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        Sampling.__init__(self, reference)
+        self.lags = np.array([_lag(one) for one in reference.drives])
+        DrivenMotion.__init__(self, reference, folder)
+
+    def laws(self) -> list[DriveLaw]:
+        """Return the current loops, which are all that is between samples."""
+        return [current_loop(one, lag) for one, lag in zip(self.reference.drives, self.lags, strict=True)]
+
+    def begin(self, number: int, t: float, y: Array) -> None:
+        """Take the interval of this number, which begins at t with y: sample, and hold what is due."""
+
+        def read() -> tuple[Array, Array]:
+            motion = self.states(np.array([t]), y[None], self.reference.at_start)
+            x, (xd,) = self.of_motors(motion)
+            return self.controlled(motion, x)[0], xd
+
+        self.hold(number, t, read)
 
     def inputs(self, motion: Motion) -> Array:
         """Return the inputs (N, m, 6) of current loops: torques that are held, and the velocities of motors."""

@@ -34,6 +34,8 @@ from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviatio
 from symoro_elastic.analysis.simulation.prediction.stability import PLACES, damped_above, largest_stable_step, poles
 from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors, fewest_steps
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.analysis.simulation.sampled_drives import Sampling
+from symoro_elastic.analysis.simulation.sampled_steps import between_samples, compiled_steps, is_sampled
 from symoro_elastic.analysis.simulation.simulated import Simulation
 from symoro_elastic.codegen.integration.methods import METHODS, Method, Midpoint, share_of_halving
 from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
@@ -176,10 +178,15 @@ class Simulating:
 
     def in_periods(self, steps: int) -> int:
         """Return at least as many steps, a whole number of them in each period."""
-        if self.request.period is None:
-            return steps
-        periods = max(1, round(self.reference.duration / self.request.period))
+        periods = self.intervals
+        if self.request.period is not None:
+            periods = math.lcm(periods, max(1, round(self.reference.duration / self.request.period)))
         return periods * -(-steps // periods)
+
+    @cached_property
+    def intervals(self) -> int:
+        """Intervals of the motion in which sampled drives hold their torques, which have whole steps; else 1."""
+        return len([*Sampling(self.reference).intervals]) if is_sampled(self.reference) else 1
 
     @property
     def first_steps(self) -> int:
@@ -189,7 +196,8 @@ class Simulating:
     @cached_property
     def cost(self) -> StepCost:
         """Operations of steps."""
-        return StepCost(self.reference.loaded, ways_of(self.reference))
+        machine = self.reference.loaded
+        return StepCost(between_samples(machine) if is_sampled(self.reference) else machine, ways_of(self.reference))
 
     def cheapest(self) -> str:
         """Return the method whose steps suffice with the fewest operations."""
@@ -255,7 +263,7 @@ def simulate(
     steps, predicted = _steps(simulating, METHODS[name])
     announce("compile")
     with TemporaryDirectory() as folder:
-        compiled = CompiledSteps(reference.loaded, [name], Path(folder))
+        compiled = compiled_steps(reference, [name], Path(folder))
         announce("simulate")
         return _refined(simulating, compiled, name, steps, predicted, progress)
 
@@ -300,6 +308,7 @@ def _steps(simulating: Simulating, method: Method) -> tuple[int, Mapping[str, fl
     simulating.refuse_many(duration / step)
     simulating.refuse_unstable(method, step)
     steps = math.ceil(duration / step * (1 - WHOLE))
+    steps = simulating.in_periods(steps) if simulating.intervals > 1 else steps
     if not simulating.is_predicted or steps > MOST_PREDICTED:
         return steps, {}
     return steps, simulating.step_errors.errors(method, steps)
@@ -401,6 +410,8 @@ def errors_by_halving(method: Method, coarse: tuple[Trajectory, Array], fine: tu
 
 def _numbers(run: Trajectory) -> AnyArray:
     """Return the numbers of the steps that were kept."""
+    if run.numbers is not None:
+        return run.numbers
     return np.round(run.t / run.step).astype(np.int64)
 
 

@@ -97,8 +97,8 @@ CURRENT_LIMIT, VOLTAGE_LIMIT = (
 )
 LIMITS = Section(
     "limits of [drives]",
-    "Limits of torque and current, where the integral part stops by back-calculation, and of the voltage, where that "
-    "of the current controller does. Linear figures leave them out.",
+    "Limits of torque, current and voltage, where the integral parts give way by back-calculation; linear figures "
+    "leave them out.",
     (TORQUE, WINDUP, CURRENT_LIMIT, VOLTAGE_LIMIT),
 )
 AVERAGE = Key(

@@ -35,6 +35,13 @@ def drive(**changes: Any) -> dict[str, Any]:
     }
 
 
+def wound(**limits: float) -> dict[str, Any]:
+    """The same with a winding, and limits of it."""
+    made = drive(current={"kp": 4.0, "ti": 3e-3}, limits=limits)
+    made["motors"]["motor"] |= {"resistance": 0.5, "inductance": 2e-3, "torque_constant": 0.2}
+    return made
+
+
 def scene(**changes: Any) -> dict[str, Any]:
     motion = {
         "duration": 0.1,
@@ -125,9 +132,8 @@ def test_derivatives_are_those_of_the_right_side(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("machine", "motion", "options", "what"),
     [
-        (drive(period=1e-3), {}, {}, "motion, drives: drives with a period, limits, a filter"),
-        (drive(limits={"torque": 3}), {}, {}, "adapted: simulate with adaptive"),
-        (drive(set_point={"lowpass": 9}), {}, {}, "adapted: simulate with adaptive"),
+        (drive(measured="arm.rz"), {}, {}, "adapted: simulate with adaptive"),
+        (drive(), {}, {"method": "rodas4", "step": 1e-3}, "method: rodas4 is not offered with drives: take w3"),
         (drive(Kp="tuned"), {}, {"adaptive": True}, 'motor: Kp "tuned" is not known yet: find it by control --save'),
         (drive() | {"drives": {}}, {}, {"adaptive": True}, "motor has none: give one to all motors below [drives]"),
         (drive(), {"servo": {"motor": {"kp": 1, "kd": 1}}}, {"adaptive": True}, "motors have drives or servos"),
@@ -140,7 +146,13 @@ def test_what_is_not_simulated_is_refused(machine: Any, motion: Any, options: An
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("changes", [{}, {"dead_time": 2e-4, "filters": [{"notch": 35, "depth": 0.1, "width": 0.6}]}])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"dead_time": 2e-4, "filters": [{"notch": 35, "depth": 0.1, "width": 0.6}]},
+        {"limits": {"torque": 5.0}, "filters": [{"lowpass": 300}], "set_point": {"lowpass": 80, "order": 2}},
+    ],
+)
 def test_even_steps_are_the_adapted_ones(changes: dict[str, Any]) -> None:
     """Generated steps with states of drives against numpy with systems of `control`; weight and feed-forward too."""
     made = drive(**changes, feed_forward={"velocity": 0.9, "acceleration": 0.05}) | {"gravity": [0, -9.81, 0]}
@@ -327,13 +339,6 @@ def test_limits_of_current_and_voltage_are_those_of_equations_by_hand(
     assert abs(found.motion.q[-1, 0] - free.motion.q[-1, 0]) > 1e-5, "the limits are reached"
 
 
-def test_even_steps_refuse_a_winding() -> None:
-    tables = drive(current={"kp": 4.0, "ti": 3e-3})
-    tables["motors"]["motor"] |= {"resistance": 0.5, "inductance": 2e-3, "torque_constant": 0.2}
-    with pytest.raises(InputError, match="kp and ti of the current"):
-        se.simulate(tables, scene())
-
-
 @pytest.mark.thorough
 def test_backlash_within_a_loop_around_the_load_is_that_of_equations_by_hand() -> None:
     """1 mrad between motor and load, whose position is controlled: the motor crosses it, D(x) of (D3)."""
@@ -362,3 +367,38 @@ def test_backlash_within_a_loop_around_the_load_is_that_of_equations_by_hand() -
     y = scipy_integrate.solve_ivp(rate, (0, t[-1]), np.zeros(6), "DOP853", t, rtol=1e-10, atol=1e-13).y
     assert np.abs(found.motion.q[::25] - y[:2].T).max() < 1e-7
     assert y[1].min() < -b / 2 and y[1].max() > b / 2, "both flanks are touched"
+
+
+def test_limits_of_current_and_voltage_are_those_of_an_own_integration() -> None:
+    """Even steps; both limits act, the integral parts give way in Tn and ti; behind a gear that reverses."""
+    R, L, Kt, Ke, kp, ti, ampere, volt = 0.5, 2e-3, 0.2, 0.15, 4.0, 3e-3, 12.0, 8.0
+    tables = drive(current={"kp": kp, "ti": ti}, dead_time=0, Tn=0.05, limits={"current": ampere, "voltage": volt})
+    winding = {"rotor_inertia": 0.02, "resistance": R, "inductance": L, "torque_constant": Kt, "back_emf": Ke}
+    n = -3.0
+    tables["motors"] = {"motor": winding | {"ratio": n}}
+    motion = scene(duration=0.04, moves=[{"motor": "motor", "by": 0.15, "in": 0.03}], forces=[])
+    (found,) = se.simulate(tables, motion)
+    J, Jl, k, d, Kv, Kp, Tn = 0.02 * n * n, 0.05, 1000.0, 0.1, 20.0, 2.5, 0.05
+    at, acted = found.reference.at, [0, 0]
+
+    def rate(t: float, y: Any) -> Any:
+        q, x, v, w, integral, i, volts = y
+        (r,), (rd,), _ = (row[0] for row in at(np.array([t])))
+        e = Kv * (r - q) + rd - v
+        wanted = Kp * (e + integral / Tn) / (Kt * n)
+        limited = min(max(wanted, -ampere), ampere)
+        u = kp * (limited - i) + volts
+        held = min(max(u, -volt), volt)
+        acted[0] += limited != wanted
+        acted[1] += held != u
+        spring = k * x + d * w
+        a = (Kt * n * i + spring) / J
+        integral_rate = e + Kt * n * (limited - wanted) / Kp
+        volts_rate = kp / ti * (limited - i) + (held - u) / ti
+        return np.array([v, w, a, -spring / Jl - a, integral_rate, (held - R * i - Ke * n * v) / L, volts_rate])
+
+    options = {"rtol": 1e-9, "atol": 1e-11, "max_step": 1e-4}
+    y = scipy_integrate.solve_ivp(rate, (0, 0.04), np.zeros(7), method="Radau", **options).y[:, -1]
+    assert min(acted) > 100
+    np.testing.assert_allclose(found.motion.q[-1], y[:2], atol=2e-7)
+    np.testing.assert_allclose(found.motion.tau[-1], Kt * n * y[5], atol=2e-4)

@@ -31,7 +31,7 @@ from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.state import State
 from symoro_elastic.models.traced import trace_models
 from tests.analysis.control.test_closed_loops import plant_of
-from tests.analysis.simulation.test_driven import drive, scene
+from tests.analysis.simulation.test_driven import SHORT, drive, scene
 
 pytest.importorskip("scipy.integrate")
 pytestmark = pytest.mark.skipif(not (shutil.which("gcc") or shutil.which("clang")), reason="needs a C compiler")
@@ -211,6 +211,44 @@ def test_a_limited_motor_is_that_of_an_own_integration(dead: float, tmp_path: Pa
             x, v = x + v * h + held / J * h * h / 2, v + held / J * h
         u = new
     assert 20 < limited < 90
+
+
+@pytest.mark.parametrize("dead", [1e-3, 4e-4, 0.0])
+def test_even_steps_move_a_limited_motor_as_an_own_integration_does(dead: float) -> None:
+    """In a duration that is no whole number of periods; steps of a motion that is a parabola are exact."""
+    J, Kv, Kp, Tn, Tt, T, most = 0.02, 20.0, 2.5, 0.02, 0.01, 1e-3, 1.5
+    machine = rigid(dead_time=dead, limits={"torque": most, "windup": Tt})
+    motion = {"duration": 0.0505, "moves": [{"motor": "motor", "by": 0.4, "in": 0.04}], "drives": True}
+    (found,) = se.simulate(machine, {"motion": motion, "wanted": {"tolerance": {"motor.q": 1e-9}}}, step=1e-3)
+    x, v, xi, u = 0.0, 0.0, 0.0, 0.0
+    for k in range(51):
+        t = k * T
+        at = int(np.argmin(np.abs(found.motion.t - t)))
+        assert abs(found.motion.t[at] - t) < 1e-12
+        np.testing.assert_allclose([found.motion.q[at, 0], found.motion.qd[at, 0]], [x, v], rtol=0, atol=1e-11)
+        (r,), (rd,), _ = (row[0] for row in found.reference.at(np.array([t])))
+        e = Kv * (r - x) + rd - v
+        xi += T * e
+        wanted = Kp * (e + xi / Tn)
+        new = min(max(wanted, -most), most)
+        xi += T * (new - wanted) * Tn / (Kp * Tt)
+        lasts = T if k < 50 else 0.0505 - t
+        for held, h in ((u, min(dead, lasts)), (new, lasts - min(dead, lasts))):
+            x, v = x + v * h + held / J * h * h / 2, v + held / J * h
+        u = new
+    np.testing.assert_allclose(found.motion.q[-1, 0], x, rtol=0, atol=1e-11)
+
+
+@pytest.mark.thorough
+def test_even_steps_are_the_adapted_ones() -> None:
+    """With a limit, filters, a load that is measured and a dead time that ends within the period."""
+    changes = ALL | {"measured": "arm at (0, 0, 0).rz", "Kv": 10, "dead_time": 1e-4}
+    wanted = {"wanted": {"tolerance": {"arm.q": 1e-8, "motor.q": 1e-8}}}
+    given = scene(**SHORT) | wanted
+    (even,), (adapted,) = (se.simulate(sampled(**changes), given, adaptive=way) for way in (False, True))
+    assert even.is_within and even.trajectory.steps % 120 == 0
+    assert np.abs(even.motion.q[-1] - adapted.motion.q[-1]).max() < 1e-8
+    assert np.abs(even.motion.tau[-1] - adapted.motion.tau[-1]).max() < 1e-4
 
 
 def test_limits_keep_what_winds_up_small() -> None:

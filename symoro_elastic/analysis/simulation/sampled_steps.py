@@ -1,0 +1,118 @@
+"""Even steps of motions with sampled drives: whole steps in each interval in which torques are held.
+
+The controllers' own code is called at the start of each period. Between samples a drive is its current loop, under the
+torque that is held: a step of `_drives` with gains that are zero. Each interval, of which there are two in a period
+where a dead time ends within it, has the same number of steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from symoro_elastic.analysis.control.cascade import Hold
+from symoro_elastic.analysis.simulation.compiled_steps import (
+    MOST_RECORDED,
+    CompiledSteps,
+    Trajectory,
+    inputs_of_steps,
+    refuse_still,
+)
+from symoro_elastic.analysis.simulation.drive_torques import ControlledPositions
+from symoro_elastic.analysis.simulation.moving_base import rows
+from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.analysis.simulation.sampled_drives import Sampling
+from symoro_elastic.codegen.precision import DOUBLE, Precision
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.progress import Progress, no_progress
+from symoro_elastic.machine.described import DescribedMachine, drives_of
+from symoro_elastic.machine.drives import Drive, Drives
+from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.models.state import split_into
+from symoro_elastic.models.time_steps import WITHOUT_STATES
+
+
+def is_sampled(reference: Reference) -> bool:
+    """Return whether the drives of a motion are sampled."""
+    return any(isinstance(x, Hold) for one in reference.drives for x in one.path)
+
+
+def between_samples(machine: Machine) -> DescribedMachine:
+    """Return the machine with what its drives are while torques are held: lag or winding, behind the torque tau."""
+    held = {name: _power_stage(one) for name, one in drives_of(machine).by_motor.items()}
+    return replace(DescribedMachine.of(machine), drives=Drives(held))
+
+
+def _power_stage(one: Drive) -> Drive:
+    return Drive(
+        *(ZERO, ZERO), lag=one.lag, velocity_forward=ZERO, current=one.current, voltage_limit=one.voltage_limit
+    )
+
+
+def compiled_steps(reference: Reference, methods: Sequence[str], folder: Path) -> CompiledSteps:
+    """Return the steps of some methods for a reference: under sampled drives, or under what else it has.
+
+    Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
+    """
+    lacking = [name for name in methods if reference.drives and name in WITHOUT_STATES]
+    if lacking:
+        raise reference.prescribed.error("method", f"{lacking[0]} is not offered with drives: take w3")
+    if is_sampled(reference):
+        return SampledSteps(reference, methods, folder)
+    return CompiledSteps(reference.loaded, methods, folder)
+
+
+class SampledSteps(CompiledSteps):
+    """Steps of some methods for the motors of a reference under their sampled drives."""
+
+    def __init__(
+        self, reference: Reference, methods: Sequence[str], folder: Path, precision: Precision = DOUBLE
+    ) -> None:
+        """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
+        super().__init__(between_samples(reference.loaded), methods, folder, precision)
+        self.sampling = Sampling(reference)
+
+    @cached_property
+    def controlled(self) -> ControlledPositions:
+        """Positions that drives read."""
+        return ControlledPositions(self.sampling.reference)
+
+    def run(self, reference: Reference, method: str, steps: int, progress: Progress = no_progress) -> Trajectory:
+        """Return the motion by the same number of steps in each interval; `steps` are a multiple of these."""
+        refuse_still(reference)
+        sampling, run = self.sampling.begun(), self.runs[f"{self.name}_step_{method}_drives"]
+        intervals = [*sampling.intervals]
+        each, every = steps // len(intervals), -(-steps // MOST_RECORDED)
+        state = {name: block.copy() for name, block in self.at_start(reference).items() if name in run.written}
+        kept, numbers, times, passed = [np.concatenate([*state.values()])[None]], [0], [0.0], 0.0
+        for number, (begins, ends) in enumerate(intervals):
+            sampling.hold(number, begins, lambda: self._read(reference, state))
+            h = (ends - begins) / each
+            given = inputs_of_steps(
+                reference, method, begins + h * np.arange(each, dtype=float), h, sampling.held.torques[-1]
+            )
+            record = np.empty((each, sum(run.written.values())))
+            passed += self.take(run, [given[name] for name in run.read], h, state, record)
+            done = number * each
+            last = [k for k in range(each) if (done + k + 1) % every == 0 or done + k + 1 == steps]
+            kept.append(record[last])
+            numbers += [done + k + 1 for k in last]
+            times += [ends if k + 1 == each else begins + (k + 1) * h for k in last]
+            progress(done + each, steps)
+        t = np.array(times)
+        states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(kept))}
+        moved = self.with_torques(reference, Motion(states, t), sampling.held.at(t))
+        longest = max(ends - begins for begins, ends in intervals) / each
+        return Trajectory(moved.blocks, t, method, longest, steps, passed / steps, np.array(numbers))
+
+    def _read(self, reference: Reference, state: dict[str, Array]) -> tuple[Array, Array]:
+        """Return positions that are controlled, and speeds (m,), as the controllers read them now."""
+        blocks = {name: block[None] for name, block in state.items() if name != "z"}
+        motion = Motion(blocks, np.zeros(1))
+        x, (xd,) = reference.of_motors(motion)
+        return self.controlled(motion, x)[0], xd

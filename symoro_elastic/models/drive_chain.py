@@ -1,0 +1,338 @@
+"""The drive of a motor as a chain of small linear systems, with limits, between set point and torque.
+
+    rf      = set point behind its filter
+    e       = Kv (rf - x) + kfv rfd - xd                       x, xd: position and velocity of the motor
+    xi'     = e + (sat(f) - f) Tn/(Kp Tt)                      f: torque that is wanted, behind its filters
+    f       = filters(Kp (e + xi/Tn) + kfa rfdd + tau_ff)
+    tau     = P sat(f)                                         P: dead time, current loop                   (D6)
+    L T'    = sat(U) - R T - Ke' xd,   U = kp (tau_w - T + X) + share Ke' xd
+    X'      = (tau_w - T)/ti + (sat(U) - U)/(kp Tt)            current i, voltage u: T = Kt n i, U = Kt n u        (D5)
+
+In (I - g T) x = r a chain answers an error e and a velocity xd with C e - Y xd + rho: transfer functions at s = 1/g,
+and what the right side of its states leaves. So a drive is a servo with the gains kd = C + Y, kp = Kv C there (D7), and
+a push rho (D8). A limit has a slope of 1 within, of 0 beyond. It couples the integral part with the filters, whose own
+transfer function at 1/g is F:
+
+    xi (1 + (1 - slope) g F/Tt) = r + g e - (1 - slope) g (F (e Tn/Tt + b fed) + b rho_f),     b = Tn/(Kp Tt)
+
+C, Y, F are not negative for any slope from 0 to 1, so nothing here is divided by zero, and no pivot of A + S vanishes.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Self
+
+from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.symbolic.expression import Graph
+from symoro_elastic.symbolic.functions import clamp, sign
+
+Scalars = list[Scalar]
+
+
+@dataclass(frozen=True)
+class Block:
+    """z' = A z + B u, y = C z + D u of one input, one output and one or two states, with names of these."""
+
+    names: tuple[str, ...]
+    A: tuple[tuple[Scalar, ...], ...]
+    B: tuple[Scalar, ...]
+    C: tuple[Scalar, ...]
+    D: Scalar
+
+    def rates(self, z: Scalars, u: Scalar) -> Scalars:
+        """Return z'."""
+        return [_sum(row, z) + b * u for row, b in zip(self.A, self.B, strict=True)]
+
+    def output(self, z: Scalars, u: Scalar) -> Scalar:
+        """Return y."""
+        return _sum(self.C, z) + self.D * u
+
+    def implicit(self, g: Scalar, r: Scalars, u: Scalar) -> Scalars:
+        """Return z of (I - g A) z = r + g B u."""
+        right = [x + (g * b) * u for x, b in zip(r, self.B, strict=True)]
+        if not right:
+            return []
+        if len(right) == 1:
+            return [right[0] * (1 / (1 - g * self.A[0][0]))]
+        (a, b), (c, d) = ((1 - g * self.A[0][0], -g * self.A[0][1]), (-g * self.A[1][0], 1 - g * self.A[1][1]))
+        over = 1 / (a * d - b * c)
+        return [(over * d) * right[0] - (over * b) * right[1], (over * a) * right[1] - (over * c) * right[0]]
+
+    def steady(self, u: Scalar, rates: Scalars | None = None) -> Scalars:
+        """Return z at which z' is 0, or some rates, under u."""
+        right = [x - b * u for x, b in zip(rates or [0] * len(self.B), self.B, strict=True)]
+        if len(right) < 2:
+            return [x / self.A[0][0] for x in right]
+        (a, b), (c, d) = self.A
+        over = 1 / (a * d - b * c)
+        return [(d * right[0] - b * right[1]) * over, (a * right[1] - c * right[0]) * over]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The limit `level` of a signal f, and 1/Tt of the integral part that gives way there."""
+
+    graph: Graph
+    level: Scalar
+    rate: Scalar
+
+    def beyond(self, f: Scalar) -> Scalar:
+        """Return sat(f) - f."""
+        return self.kept(f) - f
+
+    def kept(self, f: Scalar) -> Scalar:
+        """Return sat(f)."""
+        return clamp(self.graph, f, self.level)
+
+    def slope(self, f: Scalar) -> Scalar:
+        """Return 1 within the limit, 0 beyond."""
+        return (1 + sign(self.graph, self.level - f * sign(self.graph, f))) / 2
+
+
+class Inputs(NamedTuple):
+    """Set point and its rates, position and velocity of the motor, torque that is added behind the controller."""
+
+    r: Scalar
+    rd: Scalar
+    rdd: Scalar
+    x: Scalar
+    xd: Scalar
+    tau: Scalar
+
+
+class Slopes(NamedTuple):
+    """Slopes of the limits of a drive: of its torque, and of the voltage; 1 where there is none."""
+
+    torque: Scalar = 1
+    voltage: Scalar = 1
+
+
+WITHIN = Slopes()
+
+
+@dataclass(frozen=True)
+class SetPoint:
+    """The filter of a set point; `rate` is its angular frequency w."""
+
+    block: Block
+    rate: Scalar
+
+
+@dataclass(frozen=True)
+class Winding:
+    """A controller of the current at a winding: `drag` is Kt n Ke n, `share` how much of it is compensated."""
+
+    kp: Scalar
+    ti: Scalar
+    resistance: Scalar
+    inductance: Scalar
+    drag: Scalar
+    share: Scalar
+    limit: Limit | None
+
+    names = ("torque", "current_integral")
+
+    def rates(self, z: Scalars, wanted: Scalar, xd: Scalar) -> Scalars:
+        """Return T' and X'."""
+        block, of_velocity = self.linear(1)
+        found = [x + b * xd for x, b in zip(block.rates(z, wanted), of_velocity, strict=True)]
+        if self.limit:
+            beyond = self.limit.beyond(self.voltage(z, wanted, xd))
+            found = [found[0] + beyond / self.inductance, found[1] + beyond * (self.limit.rate / self.kp)]
+        return found
+
+    def voltage(self, z: Scalars, wanted: Scalar, xd: Scalar) -> Scalar:
+        """Return U, the voltage that is wanted, times Kt n."""
+        return self.kp * (wanted - z[0] + z[1]) + self.share * self.drag * xd
+
+    def linear(self, slope: Scalar) -> tuple[Block, tuple[Scalar, Scalar]]:
+        """Return the system with a slope of the limit of the voltage, and what xd adds to its rates."""
+        gain, out = slope * self.kp / self.inductance, (1 - slope) * (self.limit.rate if self.limit else 0)
+        into = 1 / self.ti - out
+        A = ((-(self.resistance / self.inductance + gain), gain), (-into, -out))
+        of_velocity = ((self.share * slope - 1) * self.drag / self.inductance, -out * self.share * self.drag / self.kp)
+        return Block(self.names, A, (gain, into), (1, 0), 0), of_velocity
+
+
+class _Walk:
+    """A way through blocks in their order: takes their states, or sides of these, and keeps what it finds of them."""
+
+    def __init__(self, own: Sequence[Scalar]) -> None:
+        self._left, self.found = [*own], Scalars()
+
+    def take(self, names: tuple[str, ...]) -> Scalars:
+        """Return the next entries."""
+        own, self._left = self._left[: len(names)], self._left[len(names) :]
+        return own
+
+    def copy(self) -> Self:
+        """Return a walk from here on, which finds for itself."""
+        other = copy.copy(self)
+        other.found = []
+        return other
+
+    def through(self, blocks: tuple[Block, ...], u: Scalar) -> Scalar:
+        """Return the output behind some blocks."""
+        for block in blocks:
+            u = block.output(self.states(block, u), u)
+        return u
+
+    def states(self, block: Block, u: Scalar) -> Scalars:
+        """Return the states of the next block, and keep their rates."""
+        own = self.take(block.names)
+        self.found += block.rates(own, u)
+        return own
+
+
+class _Implicit(_Walk):
+    """The same for (I - g T) x = r: takes r, and keeps the states."""
+
+    def __init__(self, g: Scalar, r: Sequence[Scalar]) -> None:
+        super().__init__(r)
+        self.g = g
+
+    def states(self, block: Block, u: Scalar) -> Scalars:
+        """Return the states of the next block, and keep them."""
+        found = block.implicit(self.g, self.take(block.names), u)
+        self.found += found
+        return found
+
+
+class _Steady(_Walk):
+    """The same at rest: keeps the states there."""
+
+    def states(self, block: Block, u: Scalar) -> Scalars:
+        """Return the states of the next block, and keep them."""
+        found = block.steady(u)
+        self.found += found
+        return found
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The drive of one motor: filter of the set point, controller, filters `ahead` of the limit, path of the torque."""
+
+    Kv: Scalar
+    velocity_forward: Scalar
+    acceleration_forward: Scalar
+    controller: Block
+    path: tuple[Block, ...]
+    set_point: SetPoint | None = None
+    ahead: tuple[Block, ...] = ()
+    limit: Limit | None = None
+    winding: Winding | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        before = (self.set_point.block,) if self.set_point else ()
+        blocks = (*before, self.controller, *self.ahead, *self.path)
+        own = tuple(name for block in blocks for name in block.names)
+        return (*own, *(self.winding.names if self.winding else ()))
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether slopes change with the state."""
+        return self.limit is not None or (self.winding is not None and self.winding.limit is not None)
+
+    def answer(self, z: Sequence[Scalar], u: Inputs) -> tuple[Scalars, Scalar]:
+        """Return the rates of the states, and the torque."""
+        rates, torque, _ = self._answer(z, u)
+        return rates, torque
+
+    def slopes(self, z: Sequence[Scalar], u: Inputs) -> Slopes:
+        """Return the slopes of the limits at a state."""
+        return self._answer(z, u)[2]
+
+    def _answer(self, z: Sequence[Scalar], u: Inputs) -> tuple[Scalars, Scalar, Slopes]:
+        walk, slopes = _Walk(z), Slopes()
+        rf, rfd, rfdd = self._shaped(walk, u.r, u.rd) if self.set_point else (u.r, u.rd, u.rdd)
+        e = self.Kv * (rf - u.x) + self.velocity_forward * rfd - u.xd
+        own, before = walk.take(self.controller.names), len(walk.found)
+        tau_u = self.controller.output(own, e) + (self.acceleration_forward * rfdd + u.tau)
+        f = walk.through(self.ahead, tau_u)
+        if self.limit:
+            slopes = slopes._replace(torque=self.limit.slope(f))
+            e, f = e + (self._back * self.limit.beyond(f) if own else 0), self.limit.kept(f)
+        walk.found[before:before] = self.controller.rates(own, e)
+        torque = walk.through(self.path, f)
+        if self.winding:
+            own = walk.take(self.winding.names)
+            walk.found += self.winding.rates(own, torque, u.xd)
+            if self.winding.limit:
+                slopes = slopes._replace(voltage=self.winding.limit.slope(self.winding.voltage(own, torque, u.xd)))
+            torque = own[0]
+        return walk.found, torque, slopes
+
+    def at_rest(self, r: Scalar, rd: Scalar, tau: Scalar) -> Scalars:
+        """Return the states of a drive that has given the torque tau for long; r has moved at rd for long."""
+        walk = _Steady([])
+        if self.set_point:
+            block = self.set_point.block
+            walk.found += block.steady(r, block.steady(rd))
+        walk.found += [0] * len(self.controller.names)
+        walk.through((*self.ahead, *self.path), tau)
+        if self.winding:
+            walk.found += [tau, tau * (self.winding.resistance / self.winding.kp)]
+        return walk.found
+
+    def implicit(
+        self, g: Scalar, r: Sequence[Scalar], e: Scalar, xd: Scalar = 0, slopes: Slopes = WITHIN
+    ) -> tuple[Scalars, Scalar]:
+        """Return states and torque of (I - g T) x = r by the error and the velocity there: linear in r, e and xd.
+
+        The torque for r = 0 and e = 1 is C(1/g), that for xd = 1 is -Y(1/g); that for e = xd = 0 is rho.
+        """
+        walk, fed = _Implicit(g, r), 0 * e
+        if self.set_point:
+            rf, rfd, rfdd = self._shaped(walk, 0, 0)
+            e, fed = e + self.Kv * rf + self.velocity_forward * rfd, self.acceleration_forward * rfdd
+        if self.limit and self.controller.names:
+            own = [self._integral(walk, e, fed, slopes.torque)]
+            walk.found += own
+            tau_u = self.controller.output(own, e)
+        else:
+            tau_u = walk.through((self.controller,), e)
+        f = walk.through(self.ahead, tau_u + fed)
+        torque = walk.through(self.path, slopes.torque * f)
+        if self.winding:
+            block, of_velocity = self.winding.linear(slopes.voltage)
+            sides = walk.take(self.winding.names)
+            own = block.implicit(g, [x + (g * b) * xd for x, b in zip(sides, of_velocity, strict=True)], torque)
+            walk.found += own
+            torque = own[0]
+        return walk.found, torque
+
+    @property
+    def _back(self) -> Scalar:
+        """b = Tn/(Kp Tt) of the back-calculation."""
+        assert self.limit is not None
+        return self.limit.rate / self.controller.C[0]
+
+    def _integral(self, walk: _Implicit, e: Scalar, fed: Scalar, slope: Scalar) -> Scalar:
+        """Return the integral part of a limited drive, which the filters ahead of the limit change."""
+        assert self.limit is not None
+        (r,) = walk.take(self.controller.names)
+        F = _Implicit(walk.g, [0] * sum(len(block.names) for block in self.ahead)).through(self.ahead, 1)
+        rho = walk.copy().through(self.ahead, 0)
+        out = (1 - slope) * walk.g
+        right = r + walk.g * e - out * self._back * (F * (self.controller.D * e + fed) + rho)
+        return right * (1 / (1 + out * F * self.limit.rate))
+
+    def _shaped(self, walk: _Walk, r: Scalar, rd: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        """Return rf, rfd and rfdd: the rates of its states give those of what the filter lets pass."""
+        assert self.set_point is not None
+        block, w = self.set_point.block, self.set_point.rate
+        z = walk.states(block, r)
+        rates = block.rates(z, r)
+        return z[0], rates[0], w * (rates[1] if len(z) > 1 else rd - rates[0])
+
+
+def _sum(row: tuple[Scalar, ...], z: Scalars) -> Scalar:
+    total: Scalar = 0
+    for a, x in zip(row, z, strict=True):
+        total = total + a * x
+    return total
