@@ -30,6 +30,8 @@ FIRST, GROWTH = 16.0, 1.32
 """Distance of the first place from its point, px, and the ratio of those further out."""
 COVERED, CROSSED, HIDDEN = 30.0, 25.0, 60.0
 """What it costs, in px, to cover something drawn, to cross another line, to have a label upon a line."""
+SHARES = np.array([[0.15], [0.3], [0.45], [0.6], [0.75], [0.9]])
+"""Points of a label's line that should be outside of other labels."""
 PLENTY = 11
 """Rings of places that are compared; further ones only where these have no room."""
 
@@ -232,24 +234,25 @@ def _advance(character: str) -> float:
 def place_labels(texts: Sequence[str], anchors: Array, drawn: Array) -> list[Label]:
     """Return a label for each text beside its anchor, the first of (N, 2), clear of the boxes `drawn` (M, 4), px."""
     found: list[Label] = []
-    for text, anchor in zip(texts, anchors, strict=False):
-        found.append(_best(text, anchor, anchors, drawn, found))
+    placed = np.empty((len(texts), 8))  # of labels so far: box, anchor, end
+    for k, (text, anchor) in enumerate(zip(texts, anchors, strict=False)):
+        found.append(_best(text, anchor, anchors, drawn, placed[:k]))
+        placed[k] = *found[k].box, found[k].anchor_x, found[k].anchor_y, *found[k].end
     return found
 
 
-def _best(text: str, anchor: Array, anchors: Array, drawn: Array, others: Sequence[Label]) -> Label:
+def _best(text: str, anchor: Array, anchors: Array, drawn: Array, others: Array) -> Label:
     """The place of least cost; rings grow until one has room, since paper has no end."""
     ring = 0
     best: tuple[float, Label] | None = None
     while best is None or (ring < PLENTY and FIRST * GROWTH**ring < best[0]):
         distance = FIRST * GROWTH**ring
-        for k in range(DIRECTIONS):
-            label = _placed(text, anchor, distance, 2 * math.pi * k / DIRECTIONS)
-            if any(overlap(label.box, other.box) for other in others) or _covers(label, anchors):
-                continue
-            cost = distance + _cost(label, drawn, others)
-            if best is None or cost < best[0] - 1e-6:
-                best = cost, label
+        labels = [_placed(text, anchor, distance, 2 * math.pi * k / DIRECTIONS) for k in range(DIRECTIONS)]
+        free = _free(np.array([label.box for label in labels]), anchors, others)
+        places = [labels[k] for k in np.flatnonzero(free)]
+        for label, cost in zip(places, _costs(places, drawn, others) if places else (), strict=True):
+            if best is None or distance + cost < best[0] - 1e-6:
+                best = distance + cost, label
         ring += 1
     return best[1]
 
@@ -263,50 +266,54 @@ def _placed(text: str, anchor: Array, distance: float, angle: float) -> Label:
 
 def overlap(one: Sequence[float], other: Sequence[float]) -> bool:
     """Return whether two boxes come nearer than the gap."""
-    return (
-        one[0] < other[2] + GAP
-        and other[0] < one[2] + GAP
-        and one[1] < other[3] + GAP / 2
-        and other[1] < one[3] + GAP / 2
-    )
+    return bool(_near(np.array([one]), np.array([other]))[0, 0])
 
 
-def _covers(label: Label, points: Array) -> bool:
-    left, top, right, bottom = label.box
-    x, y = points[:, 0], points[:, 1]
-    return bool(((left - GAP < x) & (x < right + GAP) & (top - 1 < y) & (y < bottom + 1)).any())
+def _near(boxes: Array, others: Array, x: float = GAP, y: float = GAP / 2) -> Array:
+    """Which of boxes (K, 4) come nearer to which of the others (N, 4) than x and y, px: (K, N)."""
+    across = (boxes[:, 0, None] < others[:, 2] + x) & (others[:, 0] < boxes[:, 2, None] + x)
+    near: Array = across & (boxes[:, 1, None] < others[:, 3] + y) & (others[:, 1] < boxes[:, 3, None] + y)
+    return near
 
 
-def _cost(label: Label, drawn: Array, others: Sequence[Label]) -> float:
-    left, top, right, bottom = label.box
-    covered = np.count_nonzero(
-        (drawn[:, 0] < right) & (drawn[:, 2] > left) & (drawn[:, 1] < bottom) & (drawn[:, 3] > top)
-    )
-    cost = COVERED * min(float(covered), 6.0)
-    for other in others:
-        cost += CROSSED * _cross(label, other)
-        cost += HIDDEN * (_runs_through(label, other.box) + _runs_through(other, label.box))
-    return cost
+def _free(boxes: Array, anchors: Array, others: Array) -> Array:
+    """Which boxes (K, 4) are clear of the points (M, 2) and of the labels (N, 8)."""
+    covered = _near(boxes, np.concatenate([anchors, anchors], axis=1), GAP, 1.0).any(axis=1)
+    return ~(covered | _near(boxes, others[:, :4]).any(axis=1))
 
 
-def _cross(one: Label, other: Label) -> bool:
-    """Whether the lines of two labels cross."""
-    a, b = (one.anchor_x, one.anchor_y), one.end
-    c, d = (other.anchor_x, other.anchor_y), other.end
-    if a == c:
-        return False
-    return _side(a, b, c) * _side(a, b, d) < 0 and _side(c, d, a) * _side(c, d, b) < 0
+def _costs(places: Sequence[Label], drawn: Array, others: Array) -> list[float]:
+    """What places of one label cost, px, beside the labels (N, 8) that stand."""
+    boxes = np.array([place.box for place in places])
+    ends = np.array([place.end for place in places])
+    anchor = np.array([places[0].anchor_x, places[0].anchor_y])
+    cost = COVERED * np.minimum(_near(boxes, drawn, 0.0, 0.0).sum(axis=1), 6.0)
+    cost += CROSSED * _cross(anchor, ends, others).sum(axis=1)
+    cost += HIDDEN * _run_through(np.broadcast_to(anchor, ends.shape), ends, others[:, :4]).sum(axis=1)
+    cost += HIDDEN * _run_through(others[:, 4:6], others[:, 6:], boxes).sum(axis=0)
+    found: list[float] = cost.tolist()
+    return found
 
 
-def _runs_through(label: Label, box: tuple[float, float, float, float]) -> bool:
-    """Whether the line of a label runs through a box."""
-    for share in (0.15, 0.3, 0.45, 0.6, 0.75, 0.9):
-        x = label.anchor_x + share * (label.end[0] - label.anchor_x)
-        y = label.anchor_y + share * (label.end[1] - label.anchor_y)
-        if box[0] - 1 < x < box[2] + 1 and box[1] < y < box[3]:
-            return True
-    return False
+def _cross(anchor: Array, ends: Array, others: Array) -> Array:
+    """Which lines from a point to the ends (K, 2) cross the lines of which labels (N, 8): (K, N)."""
+    starts, stops, b = others[:, 4:6], others[:, 6:], ends[:, None]
+    here = _side(anchor, b, starts) * _side(anchor, b, stops) < 0
+    there = _side(starts, stops, anchor) * _side(starts, stops, b) < 0
+    crossed: Array = here & there & (starts != anchor).any(axis=1)
+    return crossed
 
 
-def _side(a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+def _run_through(starts: Array, stops: Array, boxes: Array) -> Array:
+    """Which lines (K, 2) to (K, 2) run through which boxes (N, 4): (K, N)."""
+    points = starts[:, None] + SHARES * (stops - starts)[:, None]  # (K, 6, 2)
+    x, y = points[..., 0, None], points[..., 1, None]
+    left, top, right, bottom = (boxes[:, k] for k in range(4))
+    found: Array = ((left - 1 < x) & (x < right + 1) & (top < y) & (y < bottom)).any(axis=1)
+    return found
+
+
+def _side(a: Array, b: Array, c: Array) -> Array:
+    """On which side of a line through a and b points c are, by the sign."""
+    found: Array = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+    return found
