@@ -50,15 +50,18 @@ class Request:
 
 @dataclass(frozen=True, eq=False)
 class BodyShape:
-    """What a body looks like: a mesh in a `file`, as the machine's file names it, sized by `scale` (3,).
+    """What a body looks like: the mesh of a `file`, as the machine's file names it, or a `solid` of half length 1.
 
-    `placement` (4, 4) is in the frame of the `joint` that carries the body, "" for frame 0.
+    `points` (4, 4) maps points of the mesh, m, to the frame of the `joint` that carries the body, "" for frame 0: it
+    turns, moves and scales them. A solid is a "box", an "ellipsoid", a "cylinder" along z, or a "capsule" along z whose
+    radius is 1 and whose straight part is 2 `straight`.
     """
 
-    joint: str
-    placement: Array
-    file: str
-    scale: Array
+    points: Array
+    file: str = ""
+    solid: str = ""
+    straight: float = 0.0
+    joint: str = ""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from symoro_elastic.formats.robots.axis_frames import Axis, frame_on
 from symoro_elastic.formats.robots.mjcf_bodies import WORLD, Bodies, Freedom
 from symoro_elastic.formats.robots.mjcf_forces import Forces
 from symoro_elastic.formats.robots.mjcf_model import Compiled, mujoco_model
+from symoro_elastic.formats.robots.mjcf_shapes import shapes_by_link
 from symoro_elastic.formats.robots.robot import (
     Connection,
     Description,
@@ -29,6 +30,7 @@ from symoro_elastic.formats.robots.robot import (
     Mimicked,
     Placement,
 )
+from symoro_elastic.machine.described import BodyShape
 from symoro_elastic.machine.names import distinct, list_of_names, quote
 
 CONNECT, WELD, JOINT = "mjEQ_CONNECT", "mjEQ_WELD", "mjEQ_JOINT"
@@ -53,7 +55,7 @@ class _Robot:
         x, y, z = (float(g) * gravity for g in model.opt.gravity)
         return Description(
             name=name_of(self.compiled.name) if self.compiled.name else name_of_file(self.compiled.source),
-            links=(Link(WORLD), *(link for link, _ in parts)),
+            links=(Link(WORLD, shapes=self.shapes.get(WORLD, ())), *(link for link, _ in parts)),
             joints=tuple(joint for _, joint in parts),
             connections=tuple(self._assembled(one) for one in self.equalities.connections),
             gravity=(x, y, z),
@@ -69,6 +71,11 @@ class _Robot:
     def forces(self) -> Forces:
         """What acts on its joints."""
         return Forces(self.bodies)
+
+    @cached_property
+    def shapes(self) -> dict[str, tuple[BodyShape, ...]]:
+        """What its links look like."""
+        return shapes_by_link(self.bodies)
 
     @cached_property
     def equalities(self) -> Equalities:
@@ -100,12 +107,14 @@ class _Robot:
     def _link(self, b: int) -> Link:
         """The link with the mass of a body; one at rest needs none."""
         model = self.bodies.model
+        name = self.bodies.names[b]
+        shapes = self.shapes.get(name, ())
         if model.body_weldid[b] == 0:
-            return Link(self.bodies.names[b])
+            return Link(name, shapes=shapes)
         principal = self.bodies.rotation(model.body_iquat[b])
         center = self.bodies.on_link(b).translation + model.body_ipos[b]
         inertia = principal * model.body_inertia[b] @ principal.T
-        return Link(self.bodies.names[b], float(model.body_mass[b]), center, inertia, frame_only=False)
+        return Link(name, float(model.body_mass[b]), center, inertia, frame_only=False, shapes=shapes)
 
     def _between(self, freedom: Freedom) -> Link:
         """The link without mass that a joint carries where its body has further ones."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -20,6 +20,7 @@ from symoro_elastic.formats.robots.xml_text import root_element
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.input_files import is_plain_file, read_file
 from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.machine.described import BodyShape
 from symoro_elastic.machine.names import quote
 
 SEEN_ONLY = ("sensors", "keys", "pairs", "tuples", "numerics", "texts", "skins", "cameras", "lights", "textures")
@@ -54,7 +55,8 @@ READ = {
 class Compiled:
     """A compiled model: MuJoCo's `model`, and `mujoco` itself, the module with its constants.
 
-    `name` is that of the file, empty where it gives none; `has_contacts` says that shapes may touch.
+    `name` is that of the file, empty where it gives none; `has_contacts` says that shapes may touch. `meshes` are those
+    of shapes, by their numbers.
     """
 
     mujoco: Any
@@ -62,6 +64,7 @@ class Compiled:
     name: str
     source: str
     has_contacts: bool
+    meshes: Mapping[int, BodyShape]
 
     def error(self, place: str, what: str) -> InputError:
         """The error to raise about one place of the model."""
@@ -81,14 +84,15 @@ def mujoco_model(text: str, source: str) -> Compiled:
             spec.compiler.LRopt.mode = mujoco.mjtLRMode.mjLRMODE_NONE  # ranges of muscles are not needed, and take time
             has_contacts = any(geom.contype or geom.conaffinity for geom in spec.geoms)
             _drop_what_is_seen_only(spec)
-            _drop_shapes(spec, mujoco)
+            seen = [*_drop_shapes(spec, mujoco)]
             _take_meshes(spec, sources)
             model = spec.compile()
+            meshes = {geom.id: mesh for geom, mesh in seen if geom.id >= 0}
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise _said(str(error), source) from None
     _refuse_without_measure(model, source)
     name = "" if spec.modelname == "MuJoCo Model" else spec.modelname
-    return Compiled(mujoco, model, name, source, has_contacts)
+    return Compiled(mujoco, model, name, source, has_contacts, meshes)
 
 
 def _mujoco() -> Any:
@@ -140,18 +144,49 @@ def _drop_what_is_seen_only(spec: Any) -> None:
         spec.delete(material)
 
 
-def _drop_shapes(spec: Any, mujoco: Any) -> None:
-    """Delete shapes from files, and fields of heights, where the inertia of their body does not need them."""
+def _drop_shapes(spec: Any, mujoco: Any) -> Iterator[tuple[Any, BodyShape]]:
+    """Yield shapes from files with their meshes; where the inertia of the body needs none, a point stands for each.
+
+    Shapes that stand for nothing, and fields of heights, are deleted.
+    """
+    files = _files_of(spec, mujoco)
     of_shapes = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     least, most = spec.compiler.inertiagrouprange
     for geom in list(spec.geoms):
         is_read = geom.meshname or geom.hfieldname
         body = geom.parent
         given = body.name == "world" or (body.explicitinertial and not of_shapes)
+        is_seen = geom.type == mujoco.mjtGeom.mjGEOM_MESH and geom.meshname in files and np.isnan(geom.fromto[0])
+        if is_seen:
+            yield geom, files[geom.meshname]
         if is_read and (given or geom.mass == 0 or not least <= geom.group <= most):
-            spec.delete(geom)
+            if is_seen:
+                geom.type, geom.meshname, geom.size, geom.mass = mujoco.mjtGeom.mjGEOM_SPHERE, "", [1.0, 0.0, 0.0], 0.0
+            else:
+                spec.delete(geom)
     for heights in list(spec.hfields):
         spec.delete(heights)
+
+
+def _files_of(spec: Any, mujoco: Any) -> dict[str, BodyShape]:
+    """The meshes of files by their names, with their sizes about their points of reference; no file is opened."""
+    found = {}
+    for mesh in spec.meshes:
+        path = PurePosixPath(mesh.file)
+        if mesh.file:
+            turned = np.zeros(9)
+            mujoco.mju_quat2Mat(turned, np.asarray(mesh.refquat) / np.linalg.norm(mesh.refquat))
+            points = np.eye(4)
+            points[:3, :3] = np.diag(mesh.scale) @ turned.reshape(3, 3).T
+            points[:3, 3] = -points[:3, :3] @ mesh.refpos
+            found[mesh.name or path.stem] = BodyShape(points, _path_of(spec, mesh.file))
+    return found
+
+
+def _path_of(spec: Any, file: str) -> str:
+    """The path of the file of a mesh from the folder of the model."""
+    path = PurePosixPath(file)
+    return path.name if spec.strippath else str(PurePosixPath(spec.compiler.meshdir) / path)
 
 
 def _take_meshes(spec: Any, sources: Sources) -> None:
@@ -163,9 +198,7 @@ def _take_meshes(spec: Any, sources: Sources) -> None:
         if mesh.name not in needed:
             spec.delete(mesh)
         elif mesh.file:
-            folder = "" if spec.strippath else spec.compiler.meshdir
-            name = path.name if spec.strippath else mesh.file
-            content = sources.shape(str(PurePosixPath(folder) / name), needed[mesh.name])
+            content = sources.shape(_path_of(spec, mesh.file), needed[mesh.name])
             mesh.file = f"mesh{k}{path.suffix}"
             spec.assets[mesh.file] = content
 

@@ -286,10 +286,8 @@ class _Builder:
         for joint in (None, *self.tree.moving):
             into = self._frame_of(joint).inverse
             for link, place in self.tree.links_on(joint):
-                for mesh in link.meshes:
-                    at, T = into * place * mesh.placement, np.eye(4)
-                    T[:3, :3], T[:3, 3] = at.rotation, at.translation
-                    yield BodyShape(joint.name if joint else "", T, mesh.file, mesh.scale)
+                at, on = (into * place).matrix, joint.name if joint else ""
+                yield from (replace(shape, joint=on, points=at @ shape.points) for shape in link.shapes)
 
     def _following(self, row: Joint) -> Joint:
         """The row, a coupled one with the formula of the variable that it follows."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import BodyShape
 from symoro_elastic.machine.limits import JointLimits
 from symoro_elastic.machine.names import quote
 
@@ -43,25 +44,23 @@ class Placement:
         return Placement(self.rotation @ other.rotation, self.rotation @ other.translation + self.translation)
 
     @property
+    def matrix(self) -> Array:
+        """The placement as one matrix (4, 4)."""
+        T = np.eye(4)
+        T[:3, :3], T[:3, 3] = self.rotation, self.translation
+        return T
+
+    @property
     def inverse(self) -> Placement:
         """Return the placement of the reference frame in the placed one."""
         return Placement(self.rotation.T, -self.rotation.T @ self.translation)
 
 
 @dataclass(frozen=True, eq=False)
-class LinkMesh:
-    """The mesh of a link: its file, as the robot's file names it, its size by `scale` (3,), where it is on the link."""
-
-    file: str
-    scale: Array
-    placement: Placement
-
-
-@dataclass(frozen=True, eq=False)
 class Link:
     """A rigid link: mass, kg; its center (3,), m, and inertia about it (3, 3), kg m2, in axes of the link's frame.
 
-    `frame_only` says that the file gives no inertia; `meshes` are what it looks like.
+    `frame_only` says that the file gives no inertia; `shapes` are what it looks like, in its frame.
     """
 
     name: str
@@ -69,7 +68,7 @@ class Link:
     center: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     frame_only: bool = True
-    meshes: tuple[LinkMesh, ...] = ()
+    shapes: tuple[BodyShape, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -163,9 +162,9 @@ def refuse_out_of_range(description: Description, source: str) -> None:
 
 
 def _numbers(part: Any) -> Iterator[tuple[str, Array]]:
-    """Yield the numbers of a link, a joint or a connection by the name of the field; meshes are no part of models."""
+    """Yield the numbers of a link, a joint or a connection by the name of the field; shapes are no part of models."""
     for key in fields(part):
-        if key.name == "meshes":
+        if key.name == "shapes":
             continue
         value = getattr(part, key.name)
         if isinstance(value, Placement | Mimicked):

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from symoro_elastic.formats.files import name_of
-from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, LinkMesh, Mimicked, Placement
+from symoro_elastic.formats.robots.robot import Description, JointType, Link, LinkJoint, Mimicked, Placement
 from symoro_elastic.formats.robots.xml_text import numbers, root_element
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.described import BodyShape
 from symoro_elastic.machine.limits import JointLimits, Range, range_of
 from symoro_elastic.machine.names import list_of_names, quote
 
@@ -81,29 +83,45 @@ def _link(link: Element, source: str) -> Link:
     name = _name(link, source)
     place = f"link {quote(name)}"
     inertial = link.find("inertial")
-    meshes = tuple(_meshes(link, source, place))
+    shapes = tuple(_shapes(link, source, place))
     if inertial is None:
-        return Link(name, meshes=meshes)
+        return Link(name, shapes=shapes)
     (mass,) = numbers(_child(inertial, "mass", source, place), "value", None, 1, source, place)
     if mass < 0:
         raise InputError(source, place, f"its mass is negative: {mass:g}")
     tensor = _child(inertial, "inertia", source, place)
     inertia = np.array([[_entry(tensor, key, source, place) for key in row] for row in ENTRIES])
     origin = _origin(inertial, source, place)
-    return Link(name, mass, origin.translation, origin.rotation @ inertia @ origin.rotation.T, False, meshes)
+    return Link(name, mass, origin.translation, origin.rotation @ inertia @ origin.rotation.T, False, shapes)
 
 
-def _meshes(link: Element, source: str, place: str) -> Iterator[LinkMesh]:
-    """The meshes that a link looks like, by name: no file is opened. One with numbers that are none is left out."""
+def _shapes(link: Element, source: str, place: str) -> Iterator[BodyShape]:
+    """What a link looks like; of a mesh the name, no file is opened. A shape with numbers that are none is left out."""
     for visual in link.findall("visual"):
-        mesh = visual.find("geometry/mesh")
-        if mesh is None or not mesh.get("filename"):
-            continue
-        try:
-            scale = np.array(numbers(mesh, "scale", "1 1 1", 3, source, place))
-            yield LinkMesh(mesh.get("filename", ""), scale, _origin(visual, source, place))
-        except InputError:
-            continue
+        for shape in visual.iterfind("geometry/*"):
+            try:
+                at = _origin(visual, source, place).matrix
+                if found := _shape(shape, source, place):
+                    yield replace(found, points=at @ found.points)
+            except InputError:
+                continue
+
+
+def _shape(shape: Element, source: str, place: str) -> BodyShape | None:
+    """A mesh, a box, a cylinder or a sphere, with its size."""
+
+    def of(key: str, default: str | None, count: int) -> list[float]:
+        return numbers(shape, key, default, count, source, place)
+
+    if shape.tag == "mesh" and shape.get("filename"):
+        return BodyShape(np.diag([*of("scale", "1 1 1", 3), 1.0]), shape.get("filename", ""))
+    if shape.tag == "box":
+        return BodyShape(np.diag([*(x / 2 for x in of("size", None, 3)), 1.0]), solid="box")
+    if shape.tag in ("cylinder", "sphere"):
+        (r,) = of("radius", None, 1)
+        half = of("length", None, 1)[0] / 2 if shape.tag == "cylinder" else r
+        return BodyShape(np.diag([r, r, half, 1.0]), solid="cylinder" if shape.tag == "cylinder" else "ellipsoid")
+    return None
 
 
 def _entry(tensor: Element, key: str, source: str, place: str) -> float:

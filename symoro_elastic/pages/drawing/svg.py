@@ -11,7 +11,7 @@ from html import escape
 import numpy as np
 
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.pages.drawing.figure import BODY, Figure, figure_of
@@ -269,17 +269,18 @@ def overlap(one: Sequence[float], other: Sequence[float]) -> bool:
     return bool(_near(np.array([one]), np.array([other]))[0, 0])
 
 
-def _near(boxes: Array, others: Array, x: float = GAP, y: float = GAP / 2) -> Array:
+def _near(boxes: Array, others: Array, x: float = GAP, y: float = GAP / 2) -> BoolArray:
     """Which of boxes (K, 4) come nearer to which of the others (N, 4) than x and y, px: (K, N)."""
     across = (boxes[:, 0, None] < others[:, 2] + x) & (others[:, 0] < boxes[:, 2, None] + x)
-    near: Array = across & (boxes[:, 1, None] < others[:, 3] + y) & (others[:, 1] < boxes[:, 3, None] + y)
+    near: BoolArray = across & (boxes[:, 1, None] < others[:, 3] + y) & (others[:, 1] < boxes[:, 3, None] + y)
     return near
 
 
-def _free(boxes: Array, anchors: Array, others: Array) -> Array:
+def _free(boxes: Array, anchors: Array, others: Array) -> BoolArray:
     """Which boxes (K, 4) are clear of the points (M, 2) and of the labels (N, 8)."""
-    covered = _near(boxes, np.concatenate([anchors, anchors], axis=1), GAP, 1.0).any(axis=1)
-    return ~(covered | _near(boxes, others[:, :4]).any(axis=1))
+    points = np.concatenate([anchors, anchors], axis=1)
+    covered: BoolArray = np.concatenate([_near(boxes, points, GAP, 1.0), _near(boxes, others[:, :4])], axis=1)
+    return np.logical_not(np.logical_or.reduce(covered, axis=1))
 
 
 def _costs(places: Sequence[Label], drawn: Array, others: Array) -> list[float]:
@@ -295,21 +296,22 @@ def _costs(places: Sequence[Label], drawn: Array, others: Array) -> list[float]:
     return found
 
 
-def _cross(anchor: Array, ends: Array, others: Array) -> Array:
+def _cross(anchor: Array, ends: Array, others: Array) -> BoolArray:
     """Which lines from a point to the ends (K, 2) cross the lines of which labels (N, 8): (K, N)."""
     starts, stops, b = others[:, 4:6], others[:, 6:], ends[:, None]
     here = _side(anchor, b, starts) * _side(anchor, b, stops) < 0
     there = _side(starts, stops, anchor) * _side(starts, stops, b) < 0
-    crossed: Array = here & there & (starts != anchor).any(axis=1)
+    crossed: BoolArray = here & there & np.logical_or.reduce(starts != anchor, axis=1)
     return crossed
 
 
-def _run_through(starts: Array, stops: Array, boxes: Array) -> Array:
+def _run_through(starts: Array, stops: Array, boxes: Array) -> BoolArray:
     """Which lines (K, 2) to (K, 2) run through which boxes (N, 4): (K, N)."""
     points = starts[:, None] + SHARES * (stops - starts)[:, None]  # (K, 6, 2)
     x, y = points[..., 0, None], points[..., 1, None]
     left, top, right, bottom = (boxes[:, k] for k in range(4))
-    found: Array = ((left - 1 < x) & (x < right + 1) & (top < y) & (y < bottom)).any(axis=1)
+    inside = (left - 1 < x) & (x < right + 1) & (top < y) & (y < bottom)
+    found: BoolArray = np.logical_or.reduce(inside, axis=1)
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -90,6 +91,97 @@ def test_other_files_are_not_opened_and_it_is_said(tmp_path: Path, name: str) ->
         os.mkfifo(path.parent / "pipe.stl")
     meshes, (remark,) = read(path)
     assert len(meshes) == 1 and Path(name).name in remark
+
+
+MJCF = """<mujoco model="m"><compiler meshdir="assets" angle="degree"/>
+<default><default class="seen"><geom contype="0" conaffinity="0" group="2"/></default>
+<default class="small"><mesh scale="0.001 0.002 -0.003"/></default></default>
+<asset><mesh file="a.stl"/><mesh name="part" class="small" file="a.obj" refpos="3 -5 7"
+refquat="0.5 0.1 -0.7 0.4"/></asset>
+<worldbody><geom type="plane" size="9 9 1"/><geom class="seen" type="mesh" mesh="a" pos="1 2 3" euler="20 30 40"/>
+<body name="one" pos="0.1 0 0.3" euler="10 0 50"><joint name="j1" axis="1 2 3" pos="0.1 0.2 0" ref="30"/>
+<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+<frame euler="0 70 0"><geom class="seen" type="mesh" mesh="part" pos="0.4 0 -0.2" euler="5 0 80"/></frame>
+<geom type="capsule" fromto="0 0 0 0.3 0.4 0.1" size="0.05"/><geom group="3" type="sphere" size="0.2"/>
+<body name="two" pos="0 0 1"><joint name="j2" type="slide" axis="0 1 1"/><geom type="mesh" mesh="part" euler="0 0 30"/>
+<geom type="box" size="0.1 0.2 0.3" pos="0.5 0 0" euler="0 0 30"/><geom type="cylinder" size="0.1 0.3" euler="90 0 0"/>
+<geom type="ellipsoid" size="0.1 0.2 0.3" pos="0 0.5 0"/><geom type="sphere" size="0.1" pos="0 0 1"/>
+<geom type="sphere" size="0.1" rgba="1 1 1 0"/></body></body></worldbody>
+<actuator><motor joint="j1"/><motor joint="j2"/></actuator></mujoco>"""
+
+
+def scene(folder: Path) -> Path:
+    (folder / "assets").mkdir()
+    for suffix in ("stl", "obj"):
+        trimesh.creation.cone(30, 80, sections=5).export(folder / "assets" / f"a.{suffix}")
+    (folder / "m.xml").write_text(MJCF, encoding="utf-8")
+    return folder / "m.xml"
+
+
+def test_shapes_are_where_mujoco_has_them(tmp_path: Path) -> None:
+    """MuJoCo's own vertices, in the world: of two files, with its defaults, frames, sizes and points of reference."""
+    mujoco = pytest.importorskip("mujoco")
+    path = scene(tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.9, -0.4
+    mujoco.mj_forward(model, data)
+    meshes, remarks = read(path)
+    placements = placements_of(read_machine(str(path))[0])
+    T = placements.at(placements.position({"j1": 0.9, "j2": -0.4}))
+    seen = [mesh.points @ T[mesh.frame, :3, :3].T + T[mesh.frame, :3, 3] for mesh in meshes]
+    shown = [g for g in range(model.ngeom) if model.geom_group[g] < 3 and model.geom_rgba[g][3] and model.geom_type[g]]
+    assert remarks == [] and len(seen) == len(shown) == 8
+    for g, points in zip(shown, seen, strict=True):
+        own = (points - data.geom_xpos[g]) @ data.geom_xmat[g].reshape(3, 3)
+        assert residual(mujoco, model, g, own) < 1e-6
+
+
+def residual(mujoco: Any, model: Any, g: int, points: np.ndarray) -> float:
+    """How far points are from the surface of a shape, in its axes, relative to its size, and from its extent."""
+    kind, (a, b, c) = mujoco.mjtGeom(model.geom_type[g]).name, model.geom_size[g]
+    if kind == "mjGEOM_MESH":
+        mesh = model.geom_dataid[g]
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        vertices = model.mesh_vert[first : first + count]
+        far = np.linalg.norm(points[:, None] - vertices[None], axis=2)
+        return float(max(far.min(axis=1).max(), far.min(axis=0).max()) / np.abs(vertices).max())
+    r = np.hypot(points[:, 0], points[:, 1])
+    beyond = np.maximum(np.abs(points[:, 2]) - b, 0.0)
+    half = {"mjGEOM_SPHERE": (a, a, a), "mjGEOM_CYLINDER": (a, a, b), "mjGEOM_CAPSULE": (a, a, a + b)}.get(
+        kind, (a, b, c)
+    )
+    off = {
+        "mjGEOM_BOX": np.abs(np.abs(points) - (a, b, c)).max(),
+        "mjGEOM_SPHERE": np.abs(np.linalg.norm(points, axis=1) - a).max(),
+        "mjGEOM_ELLIPSOID": np.abs(np.linalg.norm(points / np.maximum((a, b, c), 1e-9), axis=1) - 1).max() * a,
+        "mjGEOM_CYLINDER": np.minimum(np.abs(r - a), r).max() + np.abs(np.abs(points[:, 2]) - b).max(),
+        "mjGEOM_CAPSULE": np.abs(np.hypot(r, beyond) - a).max(),
+    }[kind]
+    return float(off / a + np.abs(np.abs(points).max(axis=0) / half - 1)[[0, 2]].max() * (kind != "mjGEOM_BOX"))
+
+
+def test_solids_of_urdf_are_drawn(tmp_path: Path) -> None:
+    path = tmp_path / "r.urdf"
+    shapes = '<box size="2 4 6"/>', '<cylinder radius="0.5" length="4"/>', '<sphere radius="3"/>', '<box size="1 x 2"/>'
+    visuals = "".join(f'<visual><geometry>{one}</geometry><origin xyz="1 0 0"/></visual>' for one in shapes)
+    text = URDF.replace('<visual><geometry><mesh filename="{base}"/></geometry></visual>', visuals)
+    path.write_text(text.format(arm="none.stl"), encoding="utf-8")
+    solids, _ = read(path)
+    halves = [np.abs(mesh.points - (1, 0, 0)).max(axis=0) for mesh in solids]
+    np.testing.assert_allclose(halves, [(1, 2, 3), (0.5, 0.5, 2), (3, 3, 3)], atol=1e-12)
+    for mesh in solids:
+        a, b, c = mesh.points[mesh.triangles.T]
+        assert (np.einsum("ij,ij->i", np.cross(b - a, c - a), a - (1, 0, 0)) >= -1e-12).all(), "corners turn outwards"
+
+
+def test_files_in_all_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = robot(tmp_path)
+    monkeypatch.setattr("symoro_elastic.pages.drawing.meshes.MOST_BYTES_IN_ALL", 1000)
+    meshes, (remark,) = read(path)
+    assert len(meshes) == 1 and "arm.obj" in remark
+    monkeypatch.setattr("symoro_elastic.pages.drawing.meshes.MOST_SHAPES", 1)
+    assert read(path)[1] == ["1 shapes of bodies are drawn, 1 are not"]
 
 
 def test_fine_meshes_are_drawn_on_a_grid(tmp_path: Path) -> None:
