@@ -10,7 +10,7 @@ class Cells {
     this.version = "";
     this.inputs = new Map();
     this.refused = element("p", { id: "refused", role: "alert" });
-    this.undo = button("Undo", () => this.back());
+    this.steps = { undo: button("Undo", () => this.step("undo")), redo: button("Redo", () => this.step("redo")) };
     this.place = element("div", {});
   }
 
@@ -30,9 +30,12 @@ class Cells {
     for (const key of ["seen", "refused", "sent"]) if (draft[key]) again.dataset[key] = draft[key];
   }
 
-  undoable(count) {
-    this.undo.disabled = !count;
-    this.undo.textContent = count ? `Undo (${count})` : "Undo";
+  // How many steps back and forward there are.
+  reach(counts) {
+    for (const [name, step] of Object.entries(this.steps)) {
+      step.disabled = !counts[name];
+      step.textContent = (name === "undo" ? "Undo" : "Redo") + (counts[name] ? ` (${counts[name]})` : "");
+    }
   }
 
   _table({ heading, columns, rows }) {
@@ -47,7 +50,7 @@ class Cells {
   }
 
   _cell(cell, name, size) {
-    if (cell.parts) return cell.parts.flatMap((part, k) => this._cell(part, `${name} ${k + 1}`, size));
+    if (cell.parts) return cell.parts.flatMap((part, k) => this._part(part, part.label ?? String(k + 1), name, size));
     if (!cell.path) return [];
     const path = JSON.stringify(cell.path);
     const input = element("input", {
@@ -60,6 +63,11 @@ class Cells {
     Object.assign(input.dataset, { path, text: cell.text });
     this.inputs.set(path, input);
     return cell.unit ? [input, element("span", { class: "unit" }, cell.unit)] : [input];
+  }
+
+  _part(part, label, name, size) {
+    const cells = this._cell(part, `${name} ${label}`, size);
+    return part.label && cells.length ? [element("span", { class: "label" }, label), ...cells] : cells;
   }
 
   _key(input, event) {
@@ -84,7 +92,7 @@ class Cells {
     now.dataset.refused = text;
   }
 
-  async back() {
-    this.refused.textContent = (await this.post("undo", {})) ?? "";
+  async step(name) {
+    this.refused.textContent = (await this.post(name, {})) ?? "";
   }
 }

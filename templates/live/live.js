@@ -31,7 +31,7 @@ const equations = {
 };
 
 const SHOWN = {
-  file: ({ name, undo }) => { $("name").textContent = document.title = name; cells.undoable(undo); },
+  file: ({ name, ...steps }) => { $("name").textContent = document.title = name; cells.reach(steps); },
   cells: (part) => cells.show(part),
   checked: ({ error, warnings, version }) => {
     $("said").replaceChildren(...(error ? [message("error", error)] : []), ...warnings.map((one) => message("warning", one)));
@@ -106,11 +106,13 @@ function listen() {
   stream.onmessage = ({ data }) => { for (const [name, part] of Object.entries(JSON.parse(data))) SHOWN[name]?.(part); };
 }
 
-$("connection").after(cells.undo);
+$("connection").after(...Object.values(cells.steps));
 $("said").before(cells.refused);
 tabs();
 document.addEventListener("visibilitychange", listen);
 document.addEventListener("keydown", (event) => {
-  if (event.key === "z" && (event.ctrlKey || event.metaKey) && event.target.tagName !== "INPUT") cells.back();
+  if (!(event.ctrlKey || event.metaKey) || event.target.tagName === "INPUT") return;
+  const name = { z: "undo", Z: "redo", y: "redo" }[event.key];
+  if (name) cells.step(name);
 });
 listen();

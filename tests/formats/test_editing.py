@@ -97,6 +97,21 @@ def test_every_cell_is_written_alone(name: str) -> None:
         assert comment is None or comment[0].strip() in text
 
 
+def test_cells_of_loops_limits_and_drives_are_among_them() -> None:
+    """Those within tables and lists of a row, too; each is written with the comments beside it."""
+    found = [path for name in ("all_keys", "linkage") for path, _ in cells(TEXTS[name])]
+    for path in (
+        ["loops", "parallelogram", "start", "qm"],
+        ["loops", "parallelogram", "dependent", 1],
+        ["limits", "table", "position", 1],
+        ["limits", "gear", "torque"],
+        ["drives", "table", "Kp"],
+        ["drives", "shoulder", "current", "lag"],
+        ["drives", "table", "filters", 0, "depth"],
+    ):
+        assert path in found
+
+
 @given(st.text(max_size=40) | st.floats(allow_nan=False, allow_infinity=False).map(repr) | st.integers().map(str))
 @example("9007199254740993")  # no number of floating point
 @settings(max_examples=60, deadline=None)

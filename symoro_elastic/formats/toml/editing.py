@@ -13,7 +13,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from symoro_elastic.formats.toml.keys import JOINTS, NAME, OF_JOINTS, PARAMETERS, VALUE, section_of
+from symoro_elastic.formats.toml.drives import DRIVES
+from symoro_elastic.formats.toml.drives import HEADING as OF_MOTORS
+from symoro_elastic.formats.toml.keys import JOINTS, LOOPS, NAME, OF_JOINTS, PARAMETERS, VALUE, section_of
+from symoro_elastic.formats.toml.limits import LIMITS
 from symoro_elastic.formats.toml.tables import QUANTITY, Number, load
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import import_optional
@@ -87,20 +90,26 @@ def _set(whole: Any, path: Path, value: Any) -> None:
 def tables_of(text: str, source: str) -> list[dict[str, Any]]:
     """Return the tables of a file whose cells can be edited: heading, columns, and rows of cells as JSON has them.
 
-    A cell has the path and the text of a value, or several `parts` of a list; a missing one that may be added has no
-    text. Raises `InputError` for a text that is not TOML.
+    A cell has the path and the text of a value, or the `parts` of a list or a table, these with a `label`; a missing
+    one that may be added has no text. Raises `InputError` for a text that is not TOML.
     """
     top = load(text, source).entries
     joints = top.get("joints")
     rows = [row for row in joints if isinstance(row, dict)] if isinstance(joints, list) else []
     of_joints = [(str(row.get(NAME.name, k + 1)), ["joints", k], row) for k, row in enumerate(rows)]
     found = [_table("joints", [key for key in JOINTS.names if key != NAME.name], of_joints)]
-    for heading in (PARAMETERS.name, *OF_JOINTS):
+    for heading, keys in _sections().items():
         entries = top.get(heading)
         if isinstance(entries, dict) and entries:
-            keys = QUANTITY if heading == PARAMETERS.name else section_of(heading).names
             found.append(_table(heading, keys, [(name, [heading, name], row) for name, row in entries.items()]))
     return [table for table in found if table["rows"]]
+
+
+def _sections() -> dict[str, Sequence[str]]:
+    """The tables of named rows, and the keys of their rows."""
+    of_joints = {heading: section_of(heading).names for heading in OF_JOINTS}
+    more = {"loops": LOOPS.names, "limits": LIMITS.names, OF_MOTORS: DRIVES.names}
+    return {PARAMETERS.name: QUANTITY, **of_joints, **more}
 
 
 def _table(heading: str, keys: Sequence[str], rows: Sequence[tuple[str, list[Any], Any]]) -> dict[str, Any]:
@@ -109,7 +118,7 @@ def _table(heading: str, keys: Sequence[str], rows: Sequence[tuple[str, list[Any
     columns = [key for key in keys if any(key in row for row in tables)]
     if len(tables) < len(rows) and VALUE.name not in columns:
         columns = [VALUE.name, *columns]
-    lists = {key for key in columns if any(isinstance(row.get(key), list) for row in tables)}
+    lists = {key for key in columns if any(isinstance(row.get(key), list | dict) for row in tables)}
     made = [{"name": name, "cells": [_cell(path, row, key, lists) for key in columns]} for name, path, row in rows]
     return {"heading": heading, "columns": columns, "rows": made}
 
@@ -122,6 +131,8 @@ def _cell(path: list[Any], row: Any, key: str, lists: Collection[str]) -> dict[s
 
 
 def _shown(path: list[Any], value: Any) -> dict[str, Any]:
+    if isinstance(value, dict) and VALUE.name not in value:
+        return {"parts": [{"label": key, **_shown([*path, key], part)} for key, part in value.items()]}
     if isinstance(value, dict):
         unit = value.get("unit")
         return {**_shown([*path, VALUE.name], value.get(VALUE.name)), "unit": unit if isinstance(unit, str) else ""}

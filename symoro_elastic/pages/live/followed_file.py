@@ -1,4 +1,4 @@
-"""The one file that the live page follows: its versions, cells written to it, and their undoing.
+"""The one file that the live page follows: its versions, cells written to it, undone and done again.
 
 A version is a digest of the bytes. Whoever writes names the version that it has seen: a file that was saved elsewhere
 meanwhile is left as it is.
@@ -39,7 +39,8 @@ class FollowedFile:
     def __init__(self, path: str) -> None:
         self.name = os.path.basename(path)
         self.path = os.path.realpath(path)
-        self._written: list[tuple[bytes, str]] = []
+        self._written: list[tuple[bytes, bytes]] = []
+        self._undone: list[tuple[bytes, bytes]] = []
 
     def content(self) -> bytes:
         """Return the bytes of the file; raises `InputError`."""
@@ -52,6 +53,11 @@ class FollowedFile:
     def undoable(self) -> int:
         """How many changes can be undone."""
         return len(self._written)
+
+    @property
+    def redoable(self) -> int:
+        """How many changes that were undone can be made again."""
+        return len(self._undone)
 
     async def write_cell(self, seen: str, path: list[Any], new: str, fault: Fault) -> None:
         """Write one cell where the file is still the version that was seen, and is a machine with it.
@@ -68,15 +74,24 @@ class FollowedFile:
             raise InputError(self.path, "not written", said)
         after = (mark + found).encode("utf-8")
         self._replace(seen, after)
-        self._written = [*self._written, (before, version_of(after))][-MOST_UNDONE:]
+        self._written = [*self._written, (before, after)][-MOST_UNDONE:]
+        self._undone.clear()
 
     def undo(self) -> None:
         """Bring the file back to what it was before the last cell; raises `Conflict` where it was saved since."""
         if not self._written:
             raise InputError(self.path, "undo", "no change made here is left to undo")
         before, after = self._written[-1]
-        self._replace(after, before)
-        self._written.pop()
+        self._replace(version_of(after), before)
+        self._undone.append(self._written.pop())
+
+    def redo(self) -> None:
+        """Make the change again that was undone last; raises `Conflict` where the file was saved since."""
+        if not self._undone:
+            raise InputError(self.path, "redo", "no change is undone")
+        before, after = self._undone[-1]
+        self._replace(version_of(before), after)
+        self._written.append(self._undone.pop())
 
     def _replace(self, seen: str, content: bytes) -> None:
         self._content_of(seen)

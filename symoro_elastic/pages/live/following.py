@@ -49,7 +49,7 @@ class Following:
         """Drop all work for the version before."""
         self.drop()
         self.version = version
-        self._tell("file", {"name": self.file.name, "undo": self.file.undoable})
+        self._tell("file", {"name": self.file.name, "undo": self.file.undoable, "redo": self.file.redoable})
 
     def drop(self) -> None:
         """End all work."""
@@ -115,6 +115,12 @@ class Following:
         """Undo the last cell, and show it; raises `Conflict` and `InputError`."""
         async with self._editing:
             self.file.undo()
+            self.look()
+
+    async def redo(self) -> None:
+        """Write the cell again that was undone last, and show it; raises `Conflict` and `InputError`."""
+        async with self._editing:
+            self.file.redo()
             self.look()
 
     async def follow(self) -> None:

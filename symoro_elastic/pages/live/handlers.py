@@ -196,7 +196,18 @@ class Undo(Change):
         await self.following.undo()
 
 
-PLACES = {"": Page, "picture": Picture, "equations": Equations, "events": Events, "cell": Cell, "undo": Undo}
+class Redo(Change):
+    """The cell that was undone last."""
+
+    async def change(self, given: Mapping[str, Any]) -> None:
+        """Write it again."""
+        if given:
+            raise TypeError(given)
+        await self.following.redo()
+
+
+CHANGES = {"cell": Cell, "undo": Undo, "redo": Redo}
+PLACES = {"": Page, "picture": Picture, "equations": Equations, "events": Events, **CHANGES}
 
 
 def application(site: Site) -> web.Application:

@@ -176,10 +176,12 @@ def test_two_tabs_edit_undo_and_refuse_each_other(browser: Any, machine: Path) -
         other.wait_for_another(shown)
         assert re.search(r'l1 += \{ value = \S*9\S*, +unit = "m" \}\n', machine.read_text())
         assert machine.read_text().endswith("# theirs\n")
-        shown = one.shown()
-        one.page.click("text=Undo (2)")
-        one.wait_for_another(shown)
-        assert machine.read_text() == theirs
+        ours = machine.read_text()
+        for name, wanted in (("Undo (2)", theirs), ("Redo (1)", ours), ("Undo (2)", theirs)):
+            shown = one.shown()
+            one.page.click(f"text={name}")
+            one.wait_for_another(shown)
+            assert machine.read_text() == wanted
         one.page.click("text=Undo (1)")
         one.page.wait_for_selector("#refused:has-text('saved elsewhere since')")
         one.cell("bodies, elbow, mass").fill("-1")
@@ -234,7 +236,7 @@ def test_a_page_of_another_site_reads_and_writes_nothing(browser: Any, machine: 
                     """async ([address, version]) => {
                   const body = JSON.stringify({ version, path: ["bodies", "elbow", "mass"], text: "1" }), found = [];
                   for (const [mode, type] of [["cors", "application/json"], ["no-cors", "text/plain"]])
-                    for (const where of ["cell", "undo"])
+                    for (const where of ["cell", "undo", "redo"])
                       found.push(await fetch(address + where,
                           { method: "POST", mode, body, headers: { "Content-Type": type } })
                         .then((x) => x.type, () => "refused"));
@@ -243,7 +245,7 @@ def test_a_page_of_another_site_reads_and_writes_nothing(browser: Any, machine: 
                   return found; }""",
                     [served.address, seen],
                 )
-                == ["refused"] * 7
+                == ["refused"] * 9
             )
             framed = page.evaluate(
                 """async (address) => { const frame = document.createElement("iframe"); frame.src = address;

@@ -151,7 +151,7 @@ def test_a_client_is_told_all_parts(shared: tuple[Served, Path]) -> None:
     with served.watching() as news:
         parts = news.until(lambda parts: "cost" in parts)
     assert parts["file"]["name"] == "planar_2r.toml" and parts["checked"]["error"] is None
-    assert [table["heading"] for table in parts["cells"]["tables"]] == ["joints", "parameters", "bodies"]
+    assert [table["heading"] for table in parts["cells"]["tables"]] == ["joints", "parameters", "bodies", "limits"]
     assert [row[0] for row in parts["cost"]["rows"]][:2] == ["inverse_dynamics", "direct_dynamics"]
     assert parts["base"]["rows"] and "inertia_matrix" in parts["models"]["titles"]
     assert "<canvas" in served.ask("picture").text
@@ -212,8 +212,13 @@ def test_a_cell_is_written_with_all_else_as_it_was_and_undone(own: tuple[Served,
         assert told["file"]["version"] == json.loads(answer.text)["version"]
         stale = edit(served, seen, "98")
         assert stale.status == 409 and "saved elsewhere since" in stale.text
+        after = path.read_bytes()
         assert served.ask("undo", {}).status == 200 and path.read_bytes() == before
         assert served.ask("undo", {}).status == 422
+        assert other.until(lambda parts: parts["file"]["redo"] == 1)["file"]["undo"] == 0
+        assert served.ask("redo", {}).status == 200 and path.read_bytes() == after
+        assert served.ask("redo", {}).status == 422 and served.ask("undo", {}).status == 200
+        assert edit(served, seen, "98").status == 200 and served.ask("redo", {}).status == 422, "a change ends what was"
 
 
 def test_what_was_saved_elsewhere_is_neither_overwritten_nor_undone(own: tuple[Served, Path]) -> None:
@@ -224,6 +229,10 @@ def test_what_was_saved_elsewhere_is_neither_overwritten_nor_undone(own: tuple[S
     path.write_bytes(theirs)
     assert edit(served, seen, "98").status == 409 and served.ask("undo", {}).status == 409
     assert path.read_bytes() == theirs
+    path.write_bytes(theirs.removesuffix(b"# mine\n"))
+    assert served.ask("undo", {}).status == 200
+    path.write_bytes(theirs)
+    assert served.ask("redo", {}).status == 409 and path.read_bytes() == theirs
 
 
 @pytest.mark.parametrize(
