@@ -10,6 +10,7 @@ from numbers import Real
 from typing import Any, ParamSpec, TypeVar
 
 from symoro_elastic.api.declaration import flag, options, renamed
+from symoro_elastic.api.in_notebooks import followed
 from symoro_elastic.api.options import OperatingPoint
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.names import did_you_mean
@@ -32,7 +33,9 @@ def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
         for name in given.arguments:
             given.arguments[name] = _argument(name, given.arguments[name], annotations)
         try:
-            return function(*given.args, **given.kwargs)
+            with followed(function.__name__, bound.parameters, given.arguments) as callbacks:
+                given.arguments.update(callbacks)
+                return function(*given.args, **given.kwargs)
         except InputError as error:
             file = PACKAGE if error.file == COMMAND else error.file
             raise InputError(file, in_words(error.place, annotations), in_words(error.what, annotations)) from None

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import re
+import sys
 import warnings
 from base64 import b64encode
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -22,6 +23,8 @@ from symoro_elastic.foundation.output_files import write_all
 from symoro_elastic.foundation.packages import import_optional
 from symoro_elastic.foundation.plot_style import CURVES, DARK, DRAWN_ON, LIGHT, Shades, lines_of, on_both_papers, style
 
+WIDGETS = "ipympl.backend_nbagg"
+"""What a notebook has imported where its figures are widgets."""
 GLYPHS = "Glyph .* missing from"
 """Of the warning about letters that the font lacks, which are drawn as boxes."""
 
@@ -186,6 +189,18 @@ def _figure_class() -> Any:
 
         def _repr_png_(self) -> bytes:
             return picture(self, "png")
+
+        def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+            """After `%matplotlib widget`, the figure whose axes are moved, enlarged and read off; else nothing more."""
+            widgets = sys.modules.get(WIDGETS)
+            if widgets is None or not {"ipympl", "widget"} & {
+                *re.split(r"\W", _matplotlib("matplotlib").get_backend())
+            }:
+                return {}
+            if not isinstance(self.canvas, widgets.Canvas):
+                self.manager_of_widget = widgets.FigureManager(widgets.Canvas(self), 0)
+            bundle: dict[str, Any] = self.canvas._repr_mimebundle_()
+            return bundle
 
     return ShownFigure
 
