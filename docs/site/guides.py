@@ -8,8 +8,9 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
+from symoro_elastic.foundation.pictures import picture
 from tests.command_line import ended
-from tests.documented_pages import beside_examples
+from tests.documented_pages import beside_examples, output, runs
 from tests.golden import ROOT
 
 PICTURE = re.compile(r"\]\(\.\./examples/(\w+\.svg)\)")
@@ -18,6 +19,8 @@ TOPIC = re.compile(r"^## (.+)$", re.MULTILINE)
 TO_PYTHON = re.compile(r"\]\((?:python\.md)?#([\w-]+)\)")
 MADE = re.compile(r"^<!-- made by: symoro-elastic (.+) \| (\S+) \| (.+) -->$", re.MULTILINE)
 """A picture of a guide on the site: the command that makes it, its file in the folder `plots`, and what it shows."""
+DRAWN = re.compile(r"^<!-- drawn by: (.+) \| (\S+) \| (.+) -->$", re.MULTILINE)
+"""The same by the programs of the page up to here, and an expression of Python that gives a figure."""
 
 
 def guides(work: Path, make: bool) -> Iterator[tuple[str, str | bytes]]:
@@ -30,11 +33,12 @@ def guides(work: Path, make: bool) -> Iterator[tuple[str, str | bytes]]:
         if path.stem == "python":
             yield from topics(text)
         elif path.stem != "commands":
-            pictures = dict(_made(text, work / path.stem)) if make else {}
+            pictures = {**dict(made(text, work / path.stem)), **dict(drawn(text, work / path.stem))} if make else {}
             yield from ((f"made/{path.stem}/{name}", content) for name, content in pictures.items())
-            yield path.name, on_site(MADE.sub(partial(_shown, path.stem, pictures), text))
-    for picture in (*(ROOT / "examples").glob("*.svg"), *(ROOT / "docs").glob("*.svg"), *(ROOT / "docs").glob("*.png")):
-        yield picture.name, picture.read_bytes()
+            shown = MADE.sub(partial(_shown, path.stem, pictures), text)
+            yield path.name, on_site(DRAWN.sub(partial(_shown, path.stem, pictures), shown))
+    for path in (*(ROOT / "examples").glob("*.svg"), *(ROOT / "docs").glob("*.svg"), *(ROOT / "docs").glob("*.png")):
+        yield path.name, path.read_bytes()
 
 
 def on_site(markdown: str) -> str:
@@ -61,18 +65,37 @@ def topics(text: str) -> Iterator[tuple[str, str]]:
         yield f"python/{name}.md", f"# {title}\n{inside}"
 
 
-def _made(text: str, work: Path) -> Iterator[tuple[str, bytes]]:
+def commands(text: str) -> dict[str, list[str]]:
+    """Return the commands that make the pictures of a page, with the names of these."""
+    found: dict[str, list[str]] = {}
+    for command, name, _ in MADE.findall(text):
+        into = f"--picture plots/{name}" if command.startswith("show ") else "--plots plots --plot-format svg"
+        found.setdefault(f"{command} {into}", []).append(name)
+    return found
+
+
+def made(text: str, work: Path) -> Iterator[tuple[str, bytes]]:
     """Run the commands of the pictures of a page, each once, and yield the pictures by their names."""
-    found = MADE.findall(text)
-    for k, command in enumerate(dict.fromkeys(command for command, _, _ in found)):
+    for k, (command, names) in enumerate(commands(text).items()):
         folder = work / str(k)
-        folder.mkdir(parents=True)
+        (folder / "plots").mkdir(parents=True)
         with beside_examples(folder):
-            done = ended(*shlex.split(command), "--plots", "plots", "--plot-format", "svg")
+            done = ended(*shlex.split(command), *(["--force"] if "--plots" in command else []))
         if done.code:
             raise SystemExit(f"{command}: {done.err}")
-        names = [name for own, name, _ in found if own == command]
         yield from ((name, (folder / "plots" / name).read_bytes()) for name in names)
+
+
+def drawn(text: str, work: Path) -> Iterator[tuple[str, bytes]]:
+    """Yield the pictures that programs of a page draw, by their names."""
+    for mark in DRAWN.finditer(text):
+        names: dict[str, object] = {}
+        folder = work / mark[2]
+        folder.mkdir(parents=True)
+        with beside_examples(folder):
+            for run in runs(text[: mark.start()]):
+                output(run, names)
+            yield mark[2], picture(eval(mark[1], names), "svg")
 
 
 def _shown(page: str, pictures: Mapping[str, bytes], found: re.Match[str]) -> str:
@@ -80,4 +103,6 @@ def _shown(page: str, pictures: Mapping[str, bytes], found: re.Match[str]) -> st
     command, name, text = found.groups()
     if name not in pictures:
         return ""
-    return f"![{text}](made/{page}/{name})\n\n*{text}: `symoro-elastic {command} --plots plots`*"
+    by = command if found.re is DRAWN else f"symoro-elastic {command}"
+    by += "" if found.re is DRAWN or command.startswith("show ") else " --plots plots"
+    return f"![{text}](made/{page}/{name})\n\n*{text}: `{by}`*"

@@ -106,7 +106,7 @@ function listen() {
   stream.onmessage = ({ data }) => { for (const [name, part] of Object.entries(JSON.parse(data))) SHOWN[name]?.(part); };
 }
 
-$("connection").after(...Object.values(cells.steps));
+$("connection").after(element("div", { class: "steps" }, ...Object.values(cells.steps)));
 $("said").before(cells.refused);
 tabs();
 document.addEventListener("visibilitychange", listen);

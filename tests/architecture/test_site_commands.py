@@ -1,0 +1,49 @@
+"""Commands that make the pictures of the site: each runs, and makes what its page shows."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from docs.site import gallery, guides
+from tests.command_line import ended
+from tests.documented_pages import beside_examples, runs
+from tests.golden import ROOT
+
+pytest.importorskip("matplotlib")
+GUIDES = {path.stem: path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").glob("*.md"))}
+OF_GUIDES: dict[str, list[str]] = {}
+for text in GUIDES.values():
+    for command, names in guides.commands(text).items():
+        OF_GUIDES.setdefault(command.removesuffix(" --plot-format svg"), []).extend(names)
+RUN_WITH_PAGES = {
+    line.split(" --plots")[0] for text in GUIDES.values() for run in runs(text) for line in run.text.splitlines()
+}
+
+
+def commands() -> list[str]:
+    """Those that no test of a page runs already."""
+    every = dict.fromkeys([*(one.command for one in gallery.SHOWN), *OF_GUIDES])
+    return [one for one in every if f"symoro-elastic {one.split(' --plots')[0]}" not in RUN_WITH_PAGES]
+
+
+def test_every_picture_that_a_guide_names_is_one() -> None:
+    """A comment that is written otherwise would be left on the page."""
+    for name, text in GUIDES.items():
+        assert text.count("<!-- ") == len(guides.MADE.findall(text)) + len(guides.DRAWN.findall(text)), name
+
+
+@pytest.mark.parametrize("command", commands())
+@pytest.mark.sampled(7)
+def test_commands_of_pictures_run(command: str, tmp_path: Path) -> None:
+    (tmp_path / "plots").mkdir()
+    with beside_examples(tmp_path):
+        done = ended(*shlex.split(command), *(["--force"] if "--plots" in command else []))
+    assert done.code == 0, done.err
+    made = {path.name for path in tmp_path.rglob("*") if path.suffix in (".svg", ".png", ".html")}
+    assert made and {*OF_GUIDES.get(command, ())} <= made
+    for path in tmp_path.rglob("*.svg"):
+        ElementTree.parse(path)
