@@ -72,7 +72,8 @@ def complete(site: Path) -> None:
 def publish(folder: Path, make: bool) -> None:
     """Write the site as the latest one of several versions, which its pages offer."""
     build(folder / __version__, make, VERSIONS)
-    found = sorted((path.name for path in folder.iterdir() if (path / "index.html").is_file()), reverse=True)
+    names = (path.name for path in folder.iterdir() if (path / "index.html").is_file())
+    found = sorted(names, key=lambda name: [int(x) for x in re.findall(r"\d+", name)], reverse=True)
     listed = [{"version": name, "title": name, "aliases": ["latest"] * (name == __version__)} for name in found]
     (folder / "versions.json").write_text(json.dumps(listed), encoding="utf-8")
     there = (

@@ -13,7 +13,7 @@ import sysconfig
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +25,7 @@ FLAGS = (
     *("--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
     "--disable-background-networking",
 )
+SCHEMES: tuple[Any, ...] = ("light", "dark")
 SIZES = {"wide": (1400, 900), "phone": (390, 844)}
 MACHINES: dict[str, tuple[object, ...]] = {
     "two_axis": (EXAMPLES / "two_axis.toml", "--scene", EXAMPLES / "scenes" / "two_axis_move.toml"),
@@ -104,7 +105,7 @@ def check_names(opened: Opened, machine: Path) -> float:
 
 def check_page(opened: Opened, machine: Path, folder: Path, size: str) -> Iterator[float]:
     """Use every control once; take pictures."""
-    page, tall = opened.page, size == "phone"
+    page, tall = opened.page, size.startswith("phone")
     wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
     opened.expect(wide <= 0, f"{wide} px wider than the window")
     nameless = page.evaluate(NAMELESS)
@@ -182,13 +183,12 @@ def main(folder: Path, names: list[str]) -> int:
             if made.code:
                 print(f"{name}: {made.err}")
                 return 1
-            for size, (width, height) in SIZES.items():
-                scheme: Literal["dark", "light"] = "dark" if size == "phone" else "light"
+            for size, (width, height), scheme in ((*one, scheme) for one in SIZES.items() for scheme in SCHEMES):
                 context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
                 opened = listened(name, context.new_page(), file)
-                far = list(check_page(opened, Path(str(machine)), folder, size))
+                far = list(check_page(opened, Path(str(machine)), folder, f"{size}.{scheme}"))
                 told = f"{file.stat().st_size / 1000:.0f} kB, names within {max(far):.2g} px"
-                print(f"{name:14} {size:6} {told}", *opened.wrong, sep="; ")
+                print(f"{name:14} {size:6} {scheme:6} {told}", *opened.wrong, sep="; ")
                 failed += len(opened.wrong)
                 context.close()
         browser.close()

@@ -12,10 +12,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from tests.benchmarks.pages import FLAGS, MACHINES, NAMELESS, SIZES, Opened
+from tests.benchmarks.pages import FLAGS, MACHINES, NAMELESS, SCHEMES, SIZES, Opened
 from tests.command_line import ended
 
-SCHEMES: tuple[Any, ...] = ("light", "dark")
 WINDOWS = [(size, *extent, scheme) for size, extent in {**SIZES, "small": (1000, 800)}.items() for scheme in SCHEMES]
 A4 = (688, 973)
 """Pixels within the margins of a sheet."""

@@ -280,7 +280,8 @@ def _free(boxes: Array, anchors: Array, others: Array) -> BoolArray:
     """Which boxes (K, 4) are clear of the points (M, 2) and of the labels (N, 8)."""
     points = np.concatenate([anchors, anchors], axis=1)
     covered: BoolArray = np.concatenate([_near(boxes, points, GAP, 1.0), _near(boxes, others[:, :4])], axis=1)
-    return np.logical_not(np.logical_or.reduce(covered, axis=1))
+    free: BoolArray = np.logical_not(np.logical_or.reduce(covered, axis=1))
+    return free
 
 
 def _costs(places: Sequence[Label], drawn: Array, others: Array) -> list[float]:

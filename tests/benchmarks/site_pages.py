@@ -1,0 +1,87 @@
+"""The site in Chromium, opened from its folder: `python -m tests.benchmarks.site_pages SITE FOLDER [PAGE ...]`.
+
+Every page, 1400 and 390 px wide, light and dark: no error, no request but of its own files, nothing wider than the
+window, pictures that are there and have a text. The search finds a word. What pages look like goes to a folder: the
+first screens, and each picture in full. Needs what `tests.benchmarks.pages` needs.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+from tests.benchmarks.pages import FLAGS, SCHEMES, SIZES, Opened
+from tests.benchmarks.report_pages import BARE, WIDER
+
+WIDEST = """() => [...document.querySelectorAll("article *")].filter((x) =>
+  x.getBoundingClientRect().right > innerWidth + 1 && !x.closest(".md-typeset__scrollwrap, pre, table, details")
+).slice(0, 3).map((x) => x.outerHTML.slice(0, 80))"""
+SEARCHED = "frequency"
+
+
+def opened_page(context: Any, site: Path, file: Path) -> Opened:
+    """Open a page of the site; errors of scripts and requests of other places are wrong."""
+    page = context.new_page()
+    opened = Opened(str(file.relative_to(site)), page, [])
+    page.on("console", lambda m: opened.expect(m.type != "error", f"console: {m.text[:200]}"))
+    page.on("pageerror", lambda error: opened.wrong.append(f"script: {str(error)[:200]}"))
+    own = (site.as_uri(), "data:", "blob:", "about:")
+    page.on("request", lambda r: opened.expect(r.url.startswith(own), f"request: {r.url[:80]}"))
+    page.goto(file.as_uri(), wait_until="load")
+    return opened
+
+
+def check(opened: Opened) -> None:
+    """Widths and pictures."""
+    page = opened.page
+    page.evaluate('document.querySelectorAll("img[loading=lazy]").forEach((x) => { x.loading = "eager"; })')
+    wide, bare = page.evaluate(WIDER), page.evaluate(BARE)
+    opened.expect(wide <= 0, f"{wide} px wider than the window: {page.evaluate(WIDEST)}")
+    opened.expect(not bare, f"{bare} pictures are not there or have no text")
+
+
+def check_search(opened: Opened) -> None:
+    """Type a word, and go to what is found."""
+    page = opened.page
+    page.keyboard.press("/")
+    page.keyboard.type(SEARCHED, delay=30)
+    found = page.get_by_text(re.compile(r"^\d+ results?$"))
+    found.wait_for(timeout=60_000)
+    opened.expect(not found.inner_text().startswith("0"), f"nothing is found of {SEARCHED}")
+
+
+def main(site: Path, folder: Path, names: list[str]) -> int:
+    """Open the pages; 1 where something is wrong."""
+    from playwright.sync_api import sync_playwright
+
+    folder.mkdir(parents=True, exist_ok=True)
+    browser_path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    files = [site / name for name in names] or sorted(site.rglob("*.html"))
+    failed = 0
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=browser_path, args=list(FLAGS))
+        for size, (width, height) in SIZES.items():
+            for scheme in SCHEMES:
+                context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+                for file in files:
+                    opened = opened_page(context, site, file)
+                    check(opened)
+                    if file.name == "index.html":
+                        check_search(opened)
+                    opened.page.screenshot(path=folder / f"{opened.name.replace('/', '_')}.{size}.{scheme}.png")
+                    if opened.wrong:
+                        print(opened.name, size, scheme, *opened.wrong, sep="; ")
+                    failed += len(opened.wrong)
+                    opened.page.close()
+                context.close()
+        browser.close()
+    print(f"{len(files)} pages, {len(SIZES) * len(SCHEMES)} windows, {failed} faults")
+    return int(failed > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]).resolve(), Path(sys.argv[2]), sys.argv[3:]))
