@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.packages import import_optional
 
 SMALL, TINY = 8, 7
 """Points of legends and of numbers in maps."""
@@ -244,7 +245,9 @@ def _rows(axes: Any, rows: Sequence[str]) -> None:
     axes.grid(False, axis="y")
 
 
-def map_of_numbers(axes: Any, values: Array, rows: Sequence[str], columns: Sequence[str], form: str) -> Any:
+def map_of_numbers(
+    axes: Any, values: Array, rows: Sequence[str], columns: Sequence[str], form: str, of: str = ""
+) -> Any:
     """Draw numbers (rows, columns) up to 1 as colours with the numbers on them; signed ones from blue to red."""
     is_signed = form[-2] == "f"
     look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -1.0} if is_signed else {"cmap": "Blues", "vmin": 0.0}
@@ -256,8 +259,28 @@ def map_of_numbers(axes: Any, values: Array, rows: Sequence[str], columns: Seque
     axes.set_yticks(range(len(rows)), [shortened(row) for row in rows], fontsize=SMALL)
     axes.set_xticks(range(len(columns)), columns, fontsize=SMALL, rotation=55, ha="right", rotation_mode="anchor")
     axes.grid(False)
-    axes.figure.colorbar(image, ax=axes)
+    axes.figure.colorbar(image, ax=axes, label=of)
     return image
+
+
+NEAREST = 0.13
+"""Inches between the numbers of two contours."""
+
+
+def _write_levels(axes: Any, lines: Any) -> None:
+    """Write the level of each contour on the middle of its longest part, legible on every colour."""
+    longest = [max(parts, key=len) for parts in lines.allsegs if parts]
+    middles = [part[len(part) // 2 - 1 : len(part) // 2 + 1].mean(axis=0) for part in longest if len(part) > 1]
+    kept: list[int] = []
+    points = axes.transData.transform(middles) if middles else ()
+    for k, point in enumerate(points):
+        if all(np.hypot(*(point - points[j])) > NEAREST * axes.figure.dpi for j in kept):
+            kept.append(k)
+    places = [tuple(middles[k]) for k in kept]
+    written = axes.clabel(lines, fontsize=TINY, fmt="%.4g", colors=ON_LIGHT, manual=places) if places else ()
+    outline = import_optional("matplotlib.patheffects", "drawing", "analysis").withStroke
+    for text in written:
+        text.set_path_effects([outline(linewidth=1.8, foreground=ON_DARK)])
 
 
 def contours(x: Array, y: Array, values: Any, names: Sequence[str], of: str, axes: Any) -> None:
@@ -266,7 +289,7 @@ def contours(x: Array, y: Array, values: Any, names: Sequence[str], of: str, axe
     if min(shape) > 1:
         drawn = axes.contourf(x, y, values, levels=12)
         lines = axes.contour(x, y, values, levels=drawn.levels[1:-1:2], colors="#fefefe", linewidths=0.5)
-        axes.clabel(lines, fontsize=7, fmt="%.4g")
+        _write_levels(axes, lines)
         axes.plot(x.ravel(), y.ravel(), ".", color="#000000", markersize=5, label="computed", clip_on=False)
         axes.figure.colorbar(drawn, ax=axes, label=of, format="%.4g")
         axes.set_ylabel(names[1])

@@ -62,6 +62,7 @@ def refuse_cut_text(plots: Figures) -> None:
         width, height = figure.bbox.width, figure.bbox.height
         assert not figure._localaxes or (width <= 1500 and height <= 1800), f"{name} is {width} x {height}"
         for text, box in texts(figure):
+            assert "mathdefault" not in text, f"{name}: {text!r} is a formula that is not drawn as one"
             inside = box.x0 >= -1 and box.y0 >= -1 and box.x1 <= width + 1 and box.y1 <= height + 1
             assert inside, f"{name}: {text!r} is cut: {box} of {width} x {height}"
 

@@ -56,7 +56,7 @@ def _lobes(lobes: Lobes, depth: Any, waves: Any) -> None:
         if place.periodic is not None:
             by_intervals = np.where(np.isfinite(place.periodic), 1e3 * place.periodic, np.nan)
             depth.plot(lobes.speeds, by_intervals, ".", markersize=3, color=look["color"])
-        depth.axhline(1e3 * place.least, linewidth=0.6, **look)
+        depth.axhline(1e3 * place.least, linewidth=0.6, label="" if k else "stable at every speed", **look)
         waves.plot(lobes.speeds, place.waves, ".", markersize=2, color=look["color"])
     depth.set_ylim(0, HIGHEST * 1e3 * min(place.least for place in lobes.places))
     y_label(depth, "depth", "mm")

@@ -55,8 +55,8 @@ def _of_motors(found: Simulation) -> dict[str, Plot | str]:
     _, rates = found.reference.of_motors(found.motion)
     title = f"{found.reference.machine.name}: torques and forces of the motors over their speeds"
     return {
-        "torques": _columns(found, motors, units, tau, "torques and forces of the motors"),
-        "powers": _columns(found, motors, ["W"] * len(motors), found.powers, "powers of the motors"),
+        "torques": _columns(found, motors, units, tau, "torques and forces of the motors", FORCES),
+        "powers": _columns(found, motors, ["W"] * len(motors), found.powers, "powers of the motors", {"W": "power"}),
         "torque_speed": torque_speed(title, motors, rates, tau, [f"{joint.unit}/s" for joint in joints], units),
     }
 
@@ -64,21 +64,32 @@ def _of_motors(found: Simulation) -> dict[str, Plot | str]:
 def _over_time(found: Simulation, columns: Array, title: str) -> Plot:
     """Return columns (N, names) of the outputs over time, one diagram for each unit."""
     units = [unit_of(found.reference.machine, name) for name in found.names]
-    return _columns(found, found.names, units, columns, title)
+    words = FORCES | dict.fromkeys({*units} - FORCES.keys(), title.partition(" ")[0].removesuffix("s"))
+    return _columns(found, found.names, units, columns, title, words)
 
 
-def _columns(found: Simulation, names: Sequence[str], units: Sequence[str], columns: Array, title: str) -> Plot:
-    """Return columns (N, names) over time, one diagram for each unit."""
+FORCES = {"N": "force", "N m": "torque"}
+
+
+def _columns(
+    found: Simulation, names: Sequence[str], units: Sequence[str], columns: Array, title: str, words: Mapping[str, str]
+) -> Plot:
+    """Return columns (N, names) over time, one diagram for each unit, which has its word."""
     grouped = by_unit(units)
-    return _plot(found, title, partial(_draw_columns, found, names, grouped, columns), len(grouped))
+    return _plot(found, title, partial(_draw_columns, found, names, grouped, columns, words), len(grouped))
 
 
 def _draw_columns(
-    found: Simulation, names: Sequence[str], grouped: dict[str, list[int]], columns: Array, *axes: Any
+    found: Simulation,
+    names: Sequence[str],
+    grouped: dict[str, list[int]],
+    columns: Array,
+    words: Mapping[str, str],
+    *axes: Any,
 ) -> None:
     for axis, (unit, which) in zip(axes, grouped.items(), strict=True):
         curves(axis, found.motion.t, columns[:, which], [names[k] for k in which])
-        axis.set_ylabel(unit)
+        y_label(axis, words[unit], unit)
         legend(axis)
         for crossing in found.crossings:
             axis.axvline(crossing.t, color=shades().grey, linewidth=0.6, linestyle=":")

@@ -11,7 +11,17 @@ import numpy as np
 from symoro_elastic.analysis.sweeps.sweep import Sweep
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.pictures import Plot
-from symoro_elastic.foundation.plot_style import bars, by_unit, contours, curves, legend, shades, shortened, y_label
+from symoro_elastic.foundation.plot_style import (
+    bars,
+    by_unit,
+    contours,
+    curves,
+    legend,
+    logarithmic,
+    shades,
+    shortened,
+    y_label,
+)
 from symoro_elastic.foundation.results import figures_of
 
 MOST_MAPS, MOST_BARS, MOST_IN_BARS = 12, 15, 6
@@ -66,7 +76,7 @@ def _draw_lines(found: Sweep, names: Sequence[str], axis: Any) -> None:
     changes = (high - low) / np.maximum(np.abs(low), np.abs(high)).clip(1e-300)
     curves(axis, x[order], columns, names, ranks=changes, marker=".")
     if is_logarithmic(x):
-        axis.set_xscale("log")
+        logarithmic(axis, "x")
     axis.set_xlabel(_labelled(found, found.quantities[0]))
     y_label(axis, *([] if len(names) > 1 else [names[0]]), found.units.get(names[0], ""))
     if len(names) > 1:
@@ -97,10 +107,8 @@ def _draw_map(found: Sweep, name: str, axis: Any) -> None:
     values = np.ma.masked_invalid(found.on_grid(name)[np.ix_(rows, columns)])
     x, y = np.meshgrid(second[columns], first[rows])
     names = tuple(_labelled(found, found.quantities[k]) for k in (1, 0))
+    logarithmic(axis, *(which for which, each in (("x", second), ("y", first)) if is_logarithmic(each)))
     contours(x, y, values, names, _labelled(found, name), axis)
-    for set_scale, each in ((axis.set_xscale, second), (axis.set_yscale, first)):
-        if is_logarithmic(each):
-            set_scale("log")
 
 
 def _influence(found: Sweep, names: Sequence[str]) -> Plot:

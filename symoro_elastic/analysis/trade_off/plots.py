@@ -53,8 +53,7 @@ def _guaranteed(found: GuaranteedCurve, axis: Any) -> None:
             axis.scatter([one.total for one in some], [one.time for one in some], label=precision, **look)
     advised = found.advised
     if advised.unseen:
-        said = "terms of the advised, unseen states"
-        axis.scatter(advised.unseen, advised.time, marker="x", color=shades().ink, label=said)
+        axis.scatter(advised.unseen, advised.time, marker="x", color=shades().ink, label="advised, unseen states")
     axis.axvline(1.0, linestyle="--", color=shades().ink, linewidth=0.9, label="tolerance")
     logarithmic(axis, "x")
     axis.set_ylim(bottom=0)

@@ -10,10 +10,14 @@ import numpy as np
 
 from symoro_elastic.analysis.updating.measured import MeasuredResponse
 from symoro_elastic.analysis.updating.updated import Updated
+from symoro_elastic.analysis.vibration.responses import quotient_unit
 from symoro_elastic.foundation.array_types import ComplexArray
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.pictures import Plot
 from symoro_elastic.foundation.plot_style import curve, legend, logarithmic, shades, y_label
 from symoro_elastic.foundation.results import figures_of
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.motion.signals import input_unit, output_unit
 
 Windows = tuple[tuple[float, float], ...]
 
@@ -29,17 +33,30 @@ def _(result: Updated) -> dict[str, Plot | str]:
             at = "".join(f", {name} at {x:g}" for name, x in test.at.items())
             title = f"{result.machine.name}: {test.name}, {one.output} by {one.input}{at} ({kind})"
             ratios = (3.0, 1.5, 0.8) if one.coherence is not None else (3.0, 1.5)
-            draw = partial(_response, one, before.G, after.G, result.settings.without)
+            unit = _unit(result.machine, one)
+            draw = partial(_response, one, unit, before.G, after.G, result.settings.without)
             figures[label] = Plot(title, draw, len(ratios), size=(8.0, 3.5 + len(ratios)), ratios=ratios)
     return figures
 
 
+def _unit(machine: Machine, one: MeasuredResponse) -> str:
+    """The unit of a response, such as m/s2 / N; that of a set point is that of its joint."""
+    try:
+        return quotient_unit(output_unit(machine, one.output), input_unit(machine, one.input))
+    except InputError:
+        return "SI units"
+
+
 def _response(
-    measured: MeasuredResponse, before: ComplexArray, after: ComplexArray, without: Windows, *axes: Any
+    measured: MeasuredResponse, unit: str, before: ComplexArray, after: ComplexArray, without: Windows, *axes: Any
 ) -> None:
-    """Draw magnitude, phase and coherence: dots measured, a grey line before, a dark one after the fit."""
+    """Draw magnitude, phase and coherence: dots measured, a grey line before, a dark one after the fit.
+
+    Phases are those that are nearest to the ones after the fit.
+    """
     f, (magnitude, phase, *rest) = measured.f, axes
-    for axis, of in ((magnitude, np.abs), (phase, lambda H: np.degrees(np.angle(H)))):
+    reached = np.unwrap(np.angle(after))
+    for axis, of in ((magnitude, np.abs), (phase, lambda H: np.degrees(reached + np.angle(H * np.conj(after))))):
         axis.plot(f, of(measured.H), ".", color=curve(1)["color"], markersize=2.5, label="measured")
         axis.plot(f, of(before), color=shades().grey, linewidth=0.9, label="before")
         axis.plot(f, of(after), color=curve(0)["color"], linewidth=1.0, label="after")
@@ -48,7 +65,7 @@ def _response(
         coherence.set_ylim(0, 1.05)
         y_label(coherence, "coherence")
     logarithmic(magnitude, "y")
-    y_label(magnitude, "magnitude", "SI units")
+    y_label(magnitude, "magnitude", unit)
     y_label(phase, "phase", "deg")
     legend(magnitude)
     for axis in axes:

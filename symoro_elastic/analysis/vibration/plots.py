@@ -205,7 +205,8 @@ def _picture(values: Array, rows: tuple[str, ...], modal: Modes, what: str, form
 
 
 def _map(values: Array, rows: Sequence[str], columns: Sequence[str], form: str, axes: Any) -> None:
-    map_of_numbers(axes, values, rows, columns, form)
+    of = "motion, of the largest" if values.min(initial=0.0) < 0 else "share of the energy"
+    map_of_numbers(axes, values, rows, columns, form, of)
     axes.set_xlabel("mode")
 
 
@@ -259,7 +260,7 @@ def _draw_shapes_over_one(tracked: Tracked, shown: dict[int, Array], *axes: Any)
         axis.set_yticks(range(len(kept)), [shortened(names[j]) for j in kept], fontsize=7)
         axis.grid(False)
         axis.set_title(f"mode {k + 1}", fontsize=8)
-        axis.figure.colorbar(image, ax=axis)
+        axis.figure.colorbar(image, ax=axis, label="motion")
     axes[-1].set_xlabel(_joint(tracked, 0))
 
 
