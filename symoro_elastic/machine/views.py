@@ -9,7 +9,7 @@ from typing import Any
 from symoro_elastic.foundation.results import Part, Table, parts_of
 from symoro_elastic.machine.columns import cells, declared_columns
 from symoro_elastic.machine.described import drives_of, limits_of
-from symoro_elastic.machine.drives import Drive, Notch, Sought, gain_unit
+from symoro_elastic.machine.drives import ONE, Drive, LowPass, Notch, Sought, gain_unit
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.limits import LIMITED, JointLimits, Range, unit_of
@@ -63,12 +63,15 @@ def limits_table(machine: Machine, title: str = "") -> Table:
 
 def drives_table(machine: Machine, title: str = "") -> Table:
     """Return the drives of a machine, with units; without rows where it has none."""
-    table = Table(("axis", "kind", "Kp", "Tn", "Kv", "measured", "torque comes"), title=title)
+    rows = []
     for name, drive in drives_of(machine).by_motor.items():
         joint = next(one for one in machine.joints if one.name == name)
-        gains = {key: _gain(getattr(drive, key), gain_unit(key, joint)) for key in ("Kp", "Tn", "Kv")}
-        table.add_row(name, CASCADE, *gains.values(), drive.measured, ", ".join(_lateness(drive)) or "at once")
-    return table
+        gains = (_gain(getattr(drive, key), gain_unit(key, joint)) for key in ("Kp", "Tn", "Kv"))
+        rows.append([name, CASCADE, *gains, drive.measured, ", ".join(_lateness(drive)) or "at once"])
+        rows[-1] += [", ".join(_of_set_point(drive)), ", ".join(_limits_of_drive(drive, joint))]
+    heads = ("axis", "kind", "Kp", "Tn", "Kv", "measured", "torque comes", "set point", "limits")
+    kept = [k for k in range(len(heads)) if k < 7 or any(row[k] for row in rows)]
+    return Table(tuple(heads[k] for k in kept), [tuple(row[k] for k in kept) for row in rows], title)
 
 
 def _gain(gain: Formula | Sought | None, unit: str) -> str:
@@ -83,16 +86,40 @@ def _lateness(drive: Drive) -> Iterator[str]:
         x = getattr(drive, name)
         if x is not None and not x.is_zero:
             yield f"{name.replace('_', ' ')} {_written(x)} s"
+    if (loop := drive.current) is not None:
+        yield f"current loop {_written(loop.kp)} V/A, {_written(loop.ti)} s"
+        if not loop.compensation.is_zero:
+            yield f"back-EMF compensated times {_written(loop.compensation)}"
     for one in drive.filters:
         yield f"{'notch' if isinstance(one, Notch) else 'low-pass'} {_written(one.frequency)} Hz"
 
 
+def _of_set_point(drive: Drive) -> Iterator[str]:
+    """Yield the filter of the set point, and what of its rates is fed forward."""
+    if isinstance(drive.set_point, LowPass):
+        yield f"low-pass {_written(drive.set_point.frequency)} Hz"
+    elif drive.set_point is not None:
+        yield f"mean of {_written(drive.set_point.time)} s"
+    if drive.velocity_forward != ONE:
+        yield f"velocity forward times {_written(drive.velocity_forward)}"
+    if not drive.acceleration_forward.is_zero:
+        yield f"acceleration forward times {_written(drive.acceleration_forward)}"
+
+
+def _limits_of_drive(drive: Drive, joint: Joint) -> Iterator[str]:
+    """Yield the limits of a drive, and the time in which the integral part gives way there."""
+    units = {"torque_limit": joint.force_unit, "current_limit": "A", "voltage_limit": "V", "windup": "s"}
+    for name, unit in units.items():
+        if (x := getattr(drive, name)) is not None:
+            yield f"{name.removesuffix('_limit')} {_written(x)} {unit}"
+
+
 def drives_lines(machine: Machine) -> list[str]:
     """Return a sentence for each drive."""
-    return [
-        f"drive of {axis}: {kind}, Kp {Kp}, Tn {Tn}, Kv {Kv}, measured: {measured}, torque: {late}"
-        for axis, kind, Kp, Tn, Kv, measured, late in drives_table(machine).rows
-    ]
+    table = drives_table(machine)
+    heads = ["", "", *table.heads[2:5], "measured:", "torque:", *(f"{name}:" for name in table.heads[7:])]
+    shown = ([f"{head} {x}".strip() for head, x in zip(heads[1:], row[1:], strict=True) if x] for row in table.rows)
+    return [f"drive of {row[0]}: {', '.join(said)}" for row, said in zip(table.rows, shown, strict=True)]
 
 
 def drives_json(machine: Machine) -> dict[str, dict[str, str]]:

@@ -31,5 +31,23 @@ def test_gains_have_the_unit_of_their_joint() -> None:
     assert drives_json(se.read({"name": "m", "joints": [{"name": "a", "kind": "motor", "sigma": 1, "r": "x"}]})) == {}
 
 
+def test_what_else_a_drive_has_is_shown() -> None:
+    """Feed-forward, filters of the set point, current controllers and limits; without them the columns are left out."""
+    table = drives_table(se.read(EXAMPLES / "all_keys.toml"))
+    assert table.heads[-3:] == ("torque comes", "set point", "limits")
+    by_name = {row[0]: row[-3:] for row in table.rows}
+    assert by_name["table"] == (
+        "current loop 6 V/A, 2e-3 s, back-EMF compensated times 0.8, notch 90 Hz",
+        "",
+        "current 40 A, voltage 48 V",
+    )
+    assert by_name["shoulder"][1:] == (
+        "low-pass 60 Hz, velocity forward times 0.9, acceleration forward times 0.5",
+        "torque 300 N m",
+    )
+    assert by_name["slide"][1:] == ("mean of 2e-3 s", "torque 2e3 N, windup 0.02 s")
+    assert len(drives_table(se.read(EXAMPLES / "two_axis.toml")).heads) == 7
+
+
 def test_the_page_says_the_drives() -> None:
     assert "drive of motor: cascade, Kp tuned, Tn tuned, Kv tuned, measured: motor" in se.view(AXIS).html
