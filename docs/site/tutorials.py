@@ -40,11 +40,11 @@ def _page(notebook: Any, stem: str, pictures: dict[str, bytes]) -> str:
             continue
         parts += ["```python", cell.source, "```", ""]
         for shown in cell.outputs:
-            parts += [*_output(shown, stem, pictures), ""]
+            parts += [*_output(shown, cell.source, stem, pictures), ""]
     return "\n".join([*parts, f"[This page as a notebook]({stem}.ipynb)", ""])
 
 
-def _output(shown: Any, stem: str, pictures: dict[str, bytes]) -> Iterator[str]:
+def _output(shown: Any, source: str, stem: str, pictures: dict[str, bytes]) -> Iterator[str]:
     """What a cell shows: a picture, markup of a result, or text."""
     data = shown.get("data", {})
     html = data.get("text/html", "")
@@ -52,9 +52,10 @@ def _output(shown: Any, stem: str, pictures: dict[str, bytes]) -> Iterator[str]:
     if svg or "image/png" in data:
         name = f"{stem}_{len(pictures) + 1}.{'svg' if svg else 'png'}"
         pictures[name] = svg.encode() if svg else base64.b64decode(data["image/png"])
-        yield f"![]({name})"
+        what = re.sub(r"[\[\]]", "", source.strip().splitlines()[-1])
+        yield f"![What {what} shows]({name})"
     elif html:
-        yield re.sub(r"\n\s*\n", "\n", html)
+        yield from ('<div style="overflow-x: auto">', re.sub(r"\n\s*\n", "\n", html), "</div>")
     else:
         text = data.get("text/plain", shown.get("text", ""))
         yield from ("```text", text.rstrip(), "```") if text.strip() else ()

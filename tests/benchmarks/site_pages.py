@@ -1,8 +1,8 @@
 """The site in Chromium, opened from its folder: `python -m tests.benchmarks.site_pages SITE FOLDER [PAGE ...]`.
 
 Every page, 1400 and 390 px wide, light and dark: no error, no request but of its own files, nothing wider than the
-window, pictures that are there and have a text. The search finds a word. What pages look like goes to a folder: the
-first screens, and each picture in full. Needs what `tests.benchmarks.pages` needs.
+window, pictures that are there and have a text. The search finds a word. The first screen of each page goes to a
+folder. The page of servers for what is missing is left out. Needs what `tests.benchmarks.pages` needs.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def main(site: Path, folder: Path, names: list[str]) -> int:
 
     folder.mkdir(parents=True, exist_ok=True)
     browser_path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
-    files = [site / name for name in names] or sorted(site.rglob("*.html"))
+    files = [site / name for name in names] or sorted(path for path in site.rglob("*.html") if path.name != "404.html")
     failed = 0
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=browser_path, args=list(FLAGS))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import escape
 
 import numpy as np
 import pytest
@@ -190,6 +191,12 @@ def test_fine_meshes_are_drawn_on_a_grid(tmp_path: Path) -> None:
     (fine, _), _ = read(path)
     assert 1000 < len(fine.triangles) <= MOST_TRIANGLES
     assert np.linalg.norm(fine.points, axis=1) == pytest.approx(0.3, rel=0.02)
+
+
+def test_names_of_meshes_are_text(tmp_path: Path) -> None:
+    hostile = "<img src=x onerror=alert(1)>\u202e$x$.stl"
+    page = symoro_elastic.view(robot(tmp_path, arm=escape(hostile, {'"': "&quot;"}))).html
+    assert "<img src=x" not in page and "alert(1)" in page
 
 
 def test_a_page_draws_meshes(tmp_path: Path) -> None:
