@@ -96,7 +96,7 @@ def svg(picture: Picture, dark: bool = True) -> str:
     """
     left, top, right, bottom = picture.box
     paper = tuple(_text(x) for x in (left, top, right - left, bottom - top))
-    legend = _legend(picture.legend, left, bottom)
+    legend = _legend(picture.legend, left, right, bottom)
     remarks = picture.figure.remarks
     bottom += MARGIN + 20 * len(legend[1]) + 16 * len(remarks)
     return render(
@@ -163,11 +163,13 @@ def _label(label: Label) -> dict[str, str]:
     return {name: _text(x) for name, x in numbers.items()} | {"text": escape(label.text)}
 
 
-def _legend(entries: Sequence[tuple[str, str]], left: float, bottom: float) -> tuple[list[dict[str, str]], list[int]]:
-    """Places of the entries of the legend, in one row or more, and the rows."""
+def _legend(
+    entries: Sequence[tuple[str, str]], left: float, right: float, bottom: float
+) -> tuple[list[dict[str, str]], list[int]]:
+    """Places of the entries of the legend within the picture, in one row or more, and the rows."""
     found, x, row = [], left + MARGIN, 0
     for role, text in entries:
-        if x + width(text) + 20 > left + WIDTH and x > left + MARGIN:
+        if x + width(text) + 20 > right and x > left + MARGIN:
             x, row = left + MARGIN, row + 1
         found.append({"role": role, "text": text, "x": _text(x), "y": _text(bottom + HEIGHT + 20 * row)})
         x += width(text) + 26

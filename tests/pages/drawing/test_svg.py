@@ -16,7 +16,7 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.pages.drawing.picture_files import write_picture
 from symoro_elastic.pages.drawing.projection import hull
-from symoro_elastic.pages.drawing.svg import Label, Picture, machine_picture, overlap, place_labels, svg
+from symoro_elastic.pages.drawing.svg import LEGEND, Label, Picture, machine_picture, overlap, place_labels, svg, width
 from tests.command_line import EXAMPLES, refused, run
 
 pytestmark = pytest.mark.sampled(5)
@@ -80,6 +80,19 @@ def test_dots_are_where_frames_are_seen() -> None:
     right, down = map_[:3].T
     assert right @ down == pytest.approx(0, abs=1e-9) and right @ right == pytest.approx(down @ down)
     assert down @ figure.up < 0 and right @ figure.up == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["linkage.toml", "two_axis.toml", "palletizer.toml"])
+def test_the_legend_is_within_the_picture(name: str) -> None:
+    """Narrow pictures have it in several rows."""
+    tree = ElementTree.fromstring(svg(picture(name)))
+    left, top, across, down = map(float, tree.attrib["viewBox"].split())
+    entries = [one for one in tree.iter(f"{SVG}text") if one.text in LEGEND.values()]
+    assert len(entries) > 2
+    for one in entries:
+        end = float(one.attrib["x"]) + width(one.text or "")
+        assert left < float(one.attrib["x"]) < end < left + across, one.text
+        assert top < float(one.attrib["y"]) < top + down
 
 
 def test_names_are_text_and_never_markup() -> None:
