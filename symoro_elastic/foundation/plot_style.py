@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.packages import import_optional
 
 SMALL, TINY = 8, 7
 """Points of legends and of numbers in maps."""
@@ -278,9 +277,8 @@ def _write_levels(axes: Any, lines: Any) -> None:
             kept.append(k)
     places = [tuple(middles[k]) for k in kept]
     written = axes.clabel(lines, fontsize=TINY, fmt="%.4g", colors=ON_LIGHT, manual=places) if places else ()
-    outline = import_optional("matplotlib.patheffects", "drawing", "analysis").withStroke
     for text in written:
-        text.set_path_effects([outline(linewidth=1.8, foreground=ON_DARK)])
+        text.set_bbox({"facecolor": ON_DARK, "linewidth": 0, "pad": 0.6})
 
 
 def contours(x: Array, y: Array, values: Any, names: Sequence[str], of: str, axes: Any) -> None:

@@ -43,7 +43,7 @@ def test_commands_of_pictures_run(command: str, tmp_path: Path) -> None:
     with beside_examples(tmp_path):
         done = ended(*shlex.split(command), *(["--force"] if "--plots" in command else []))
     assert done.code == 0, done.err
-    made = {path.name for path in tmp_path.rglob("*") if path.suffix in (".svg", ".png", ".html")}
-    assert made and {*OF_GUIDES.get(command, ())} <= made
+    made = {path.stem for path in tmp_path.rglob("*") if path.suffix in (".svg", ".png", ".html")}
+    assert made and {Path(name).stem for name in OF_GUIDES.get(command, ())} <= made
     for path in tmp_path.rglob("*.svg"):
         ElementTree.parse(path)
