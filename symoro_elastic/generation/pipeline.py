@@ -33,7 +33,7 @@ from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import free_name, quote, why_no_machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict
-from symoro_elastic.machine.scene import ALL, AUTO, RECURSION, Scene
+from symoro_elastic.machine.scene import ALL, AUTO, INERTIA, RECURSION, Scene
 from symoro_elastic.models.catalogue import MODELS, TracedModel, models_of, trace_scene
 from symoro_elastic.models.catalogue import expressions_of_scene as trace
 from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degeneracies
@@ -181,9 +181,10 @@ def generate(
     if scene.within and FMU in targets:
         what = "an FMU has models of its own, which are whole: leave out the target, or within"
         raise machine.error("scene, within", what)
+    free = scene if certify and not scene.within else None
     scene = by_recursion(scene) if certify or scene.within else scene
     scene, form = in_form(machine if texts or scaled else _of_unit(machine), scene, announce)
-    made = [_code(machine, scene, texts, announce, precisions, tools, certify, progress)] if texts else []
+    made = [_code(machine, free or scene, texts, announce, precisions, tools, certify, progress)] if texts else []
     made += [_scaled(machine, scene, name, announce, tools, progress) for name in scaled]
     if FMU in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
@@ -238,9 +239,13 @@ def _guaranteed(
 ) -> tuple[Traced, Package, Sequence[ReducedModel]]:
     """The programs of a scene, within its tolerances, and their package, which says what is guaranteed if asked for."""
     if not scene.within:
-        asked = programs(machine, scene, announce)
-        package = with_certificates(machine, asked, precisions, announce) if certify else asked.package
-        return asked, package, ()
+        if not certify:
+            asked = programs(machine, scene, announce)
+            return asked, asked.package, ()
+        from symoro_elastic.numerics.guarantees.header import with_guarantees
+
+        asked, found = certified_in_form(machine, scene, precisions, announce=announce)
+        return asked, with_guarantees(asked.package, found), ()
     from symoro_elastic.generation.reduced import certificates_of, reduced_models, said
     from symoro_elastic.numerics.guarantees.header import with_guarantees
     from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
@@ -365,8 +370,30 @@ def certificates(
     announce: Announce = announce_nothing,
 ) -> Certificates:
     """What the models that a scene asks of a machine guarantee within its limits; raises `InputError`."""
-    asked = programs(machine, by_recursion(replace(scene, steps=())), announce)
-    return certified(machine, asked, precisions, effort, announce)
+    return certified_in_form(machine, replace(scene, steps=()), precisions, effort, announce)[1]
+
+
+def certified_in_form(
+    machine: Machine,
+    scene: Scene,
+    precisions: Sequence[Precision] = (DOUBLE,),
+    effort: Effort | None = None,
+    announce: Announce = announce_nothing,
+) -> tuple[Traced, Certificates]:
+    """The programs of a scene and their certificates; raises `InputError`.
+
+    Where the form is free, direct models are solved by the recursion, or through the inertia matrix where that proves
+    more: errors of the recursion are bounded nearer, as long as they are bounded.
+    """
+    from symoro_elastic.numerics.verification.forms import has_forms
+
+    asked = programs(machine, by_recursion(scene), announce)
+    found = certified(machine, asked, precisions, effort, announce)
+    if scene.form != AUTO or not has_forms(scene) or not found.doubt[0]:
+        return asked, found
+    other = programs(machine, replace(scene, form=INERTIA), announce)
+    of_other = certified(machine, other, precisions, effort, announce)
+    return (other, of_other) if of_other.doubt < found.doubt else (asked, found)
 
 
 def certified(
@@ -385,15 +412,6 @@ def certified(
     physical = described.origin.ungrouped or machine
     roundings = [ROUNDINGS[precision.name] for precision in precisions if precision.name in ROUNDINGS]
     return certify_models(asked, physical, described.limits, roundings, effort or Effort())
-
-
-def with_certificates(
-    machine: Machine, asked: Traced, precisions: Sequence[Precision], announce: Announce = announce_nothing
-) -> Package:
-    """The package of programs, whose functions say what they guarantee; raises `InputError`."""
-    from symoro_elastic.numerics.guarantees.header import with_guarantees
-
-    return with_guarantees(asked.package, certified(machine, asked, precisions, announce=announce))
 
 
 def _grouped(machine: DescribedMachine, warn: Callable[[str], None]) -> DescribedMachine:

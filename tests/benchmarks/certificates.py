@@ -1,7 +1,7 @@
 """How near certificates are, and whether any is exceeded: machines attacked at drawn states, corners, and by climbing.
 
     python -m tests.benchmarks.certificates [--states 1000000] [--machines NAME ...] [--sub-boxes 64] [--polynomials]
-        [--held-out]
+        [--held-out] [--form inertia] [--boxes ...] [--models ...]
 
 Each machine has its models certified in double and single precision, in its whole box (full turns, 0.4 m, 2 rad/s,
 5 rad/s2, 50 N m; springs bent by 0.01 rad or 2 mm) and in a moderate one (a fifth of it). A row says how many results
@@ -31,7 +31,7 @@ from symoro_elastic.generation.pipeline import certificates, programs
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.machine.scene import Scene
+from symoro_elastic.machine.scene import INERTIA, RECURSION, Scene
 from symoro_elastic.numerics.guarantees.certificate import Certificate
 from symoro_elastic.numerics.guarantees.certificates import Effort
 from symoro_elastic.numerics.guarantees.wording import divisors, overflow
@@ -87,9 +87,9 @@ def held_out() -> Iterator[tuple[str, Machine]]:
     yield from ((f"{name} (loops)", with_values(closed_machine(name))) for name in CLOSED)
 
 
-def attacked(machine: Machine, model: str, found: Certificate, states: int) -> Worst:
+def attacked(machine: Machine, model: str, found: Certificate, states: int, form: str = RECURSION) -> Worst:
     """The worst of drawn states and of climbing; of more than `DRAWN_AT_ONCE` in C, of generated code."""
-    package = programs(machine, Scene(models=(model,))).package
+    package = programs(machine, Scene(models=(model,), form=form)).package
     program = package.functions[0].program
     attack = Attack([x for output in program.outputs for x in output.entries], found.box, found.precision)
     worst = attack.run(min(states, DRAWN_AT_ONCE))
@@ -152,6 +152,7 @@ def main() -> None:
     parser.add_argument("--held-out", action="store_true", help="machines that no bound was tuned on")
     parser.add_argument("--boxes", nargs="*", default=[*BOXES])
     parser.add_argument("--models", nargs="*", default=[*MODELS])
+    parser.add_argument("--form", choices=(RECURSION, INERTIA), default=RECURSION, help="of direct models")
     options = parser.parse_args()
     effort = Effort(options.sub_boxes, polynomials=options.polynomials)
     rows: dict[tuple[str, str, str], list[list[float]]] = {}
@@ -165,13 +166,13 @@ def main() -> None:
             machine = replace(DescribedMachine.of(whole), limits=limits_of_test(whole, BOXES[box]))
             began = time.process_time()
             try:
-                made = certificates(machine, Scene(models=(model,)), [PRECISIONS[precision]], effort)
+                made = certificates(machine, Scene(models=(model,), form=options.form), [PRECISIONS[precision]], effort)
             except InputError as error:
                 print(f"{name}, {model}: {error}", flush=True)
                 continue
             (found,) = made.certificates
             took = time.process_time() - began
-            worst = attacked(machine, model, found, options.states)
+            worst = attacked(machine, model, found, options.states, options.form)
             if wrong := exceeded(found, worst):
                 holes += 1
                 print(f"EXCEEDED: {name}, {model}, {precision}, {box}: {wrong}", flush=True)

@@ -19,6 +19,7 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.numerics.guarantees.box import Box, points
 from symoro_elastic.numerics.guarantees.intervals import Interval
+from symoro_elastic.numerics.guarantees.linear_solver import Solver
 from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
 from symoro_elastic.numerics.guarantees.running_error import Bounds, Known, Rounding, running_errors
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
@@ -121,12 +122,16 @@ def nothing_known(parts: Parts) -> Known:
 
 @dataclass(frozen=True)
 class Subject:
-    """A function, its rounding, and what is known of its nodes: what a certificate is made of."""
+    """A function, its rounding, and what is known of its nodes: what a certificate is made of.
+
+    `solver` bounds errors of the linear system that it solves, where it does (lemma 8).
+    """
 
     function: Function
     box: Box
     rounding: Rounding
     knowledge: Knowledge = nothing_known
+    solver: Solver | None = None
 
     @cached_property
     def nodes(self) -> list[Expression]:
@@ -155,6 +160,10 @@ class Subject:
         smaller: Array = np.minimum(running, by_adjoints)
         return smaller
 
+    def solved(self, bounds: Bounds, parts: Parts, adjoints: bool = True) -> Bounds:
+        """Smaller ranges and errors, of all nodes, from those of the system that is solved (lemma 8)."""
+        return self.solver(bounds, parts, adjoints) if self.solver else bounds
+
 
 def certify(
     subject: Subject,
@@ -170,7 +179,9 @@ def certify(
 def certificate_over(subject: Subject, machine: str, parts: Parts, seed: int = 0) -> Certificate:
     """What a function guarantees over its box, from these sub-boxes of it."""
     bounds = subject.bounds(parts)
-    errors = np.max(subject.errors(bounds), axis=1) if subject.results else np.empty(0)
+    by_operations = subject.errors(bounds)
+    bounds = subject.solved(bounds, parts)
+    errors = np.minimum(by_operations, subject.errors(bounds, adjoints=False)).max(axis=1, initial=0.0)
     drawn = _drawn(subject, np.random.default_rng(seed))
     entries = [
         _entry(name, entry, bounds.range_of(x), float(error), often)
@@ -213,7 +224,11 @@ def sub_boxes_of(subject: Subject, most: int, progress: Progress = no_progress) 
     """The sub-boxes in which errors are bounded, at most so many."""
     parts = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used).whole
     names = [name for name in parts if name in subject.box.positions and name in subject.box.open]
-    return cut(parts, names, lambda tried: subject.errors(subject.bounds(tried), adjoints=False), most, progress)
+
+    def errors(tried: Parts) -> Array:
+        return subject.errors(subject.solved(subject.bounds(tried), tried, adjoints=False), adjoints=False)
+
+    return cut(parts, names, errors, most, progress)
 
 
 def _drawn(subject: Subject, rng: np.random.Generator) -> list[_Drawn]:
@@ -221,7 +236,8 @@ def _drawn(subject: Subject, rng: np.random.Generator) -> list[_Drawn]:
     used = subject.box.of(name for name in subject.box.ranges if name in subject.function.program.used)
     if not used.ranges:
         return [_Drawn(0.0, 0.0)] * len(subject.results)
-    bounds = subject.bounds(points(used.states(DRAWN, rng)))
+    states = points(used.states(DRAWN, rng))
+    bounds = subject.solved(subject.bounds(states), states, adjoints=False)
     largest = [float(np.max(bounds.range_of(x).magnitude)) for x in subject.results]
     errors = [bound_of_more(row, UNSEEN) if np.any(row) else 0.0 for row in subject.errors(bounds, adjoints=False)]
     return [_Drawn(value, error) for value, error in zip(largest, errors, strict=True)]

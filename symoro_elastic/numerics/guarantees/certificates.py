@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symoro_elastic.codegen.compile import TYPES
 from symoro_elastic.codegen.package import Function
@@ -12,12 +13,20 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.restrict import restrict
+from symoro_elastic.models.linear_system import linear_system
 from symoro_elastic.models.traced import Traced
-from symoro_elastic.numerics.guarantees.box import box_of, parameter_box
+from symoro_elastic.numerics.guarantees.box import Box, box_of, parameter_box
 from symoro_elastic.numerics.guarantees.by_polynomials import by_polynomials
 from symoro_elastic.numerics.guarantees.certificate import MOST_SUB_BOXES, Certificate, Subject, certify
 from symoro_elastic.numerics.guarantees.knowledge import PivotKnowledge
+from symoro_elastic.numerics.guarantees.least_inertia import by_rotors
+from symoro_elastic.numerics.guarantees.linear_solver import Solver
+from symoro_elastic.numerics.guarantees.own_inertia import own_inertias
 from symoro_elastic.numerics.guarantees.running_error import Rounding
+
+LARGEST = 1e300
+"""Stands for no bound, where certificates are compared."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +54,14 @@ class Certificates(Result):
     def headline(self) -> str:
         """Machine, and how many certificates there are."""
         return f"Certificates of {self.machine}: {', '.join(dict.fromkeys(one.model for one in self.certificates))}"
+
+    @property
+    def doubt(self) -> tuple[int, float]:
+        """How many entries have no proven error, and the mean logarithm of errors at most draws: less is better."""
+        entries = [entry for one in self.certificates for entry in one.entries]
+        likely = [min(entry.likely, LARGEST) for entry in entries if entry.likely > 0]
+        unproven = sum(not math.isfinite(entry.error) for entry in entries)
+        return unproven, sum(map(math.log, likely)) / max(1, len(likely))
 
     def of(self, model: str) -> tuple[Certificate, ...]:
         """The certificates of one model, by precision."""
@@ -78,10 +95,23 @@ def subject_of(
     box = box_of(asked.machine, limits, function.program.inputs, function.program.used).rounded(arrays)
     if physical is None:
         return Subject(function, box, rounding)
-    return Subject(function, box, rounding, PivotKnowledge(asked, physical, parameter_box(physical, limits), function))
+    parameters = parameter_box(physical, limits)
+    knowledge = PivotKnowledge(asked, physical, parameters, function)
+    return Subject(function, box, rounding, knowledge, _solver(asked, physical, parameters, function, box))
+
+
+def _solver(asked: Traced, physical: Machine, parameters: Box, function: Function, box: Box) -> Solver | None:
+    """What bounds errors of the linear system that a direct model solves; None where it solves none."""
+    system = linear_system(asked.machine, function.program)
+    if system is None:
+        return None
+    rotors = own_inertias(restrict(physical, asked.scene), parameters.whole, ())
+    return Solver(system, box, by_rotors(rotors, system.joints))
 
 
 def certificate_of(subject: Subject, machine: str = "", effort: Effort = Effort()) -> Certificate:
     """What a function guarantees."""
+    if effort.polynomials and subject.solver:
+        subject = replace(subject, solver=replace(subject.solver, polynomials=True))
     found = certify(subject, machine, effort.most_sub_boxes, effort.seed, effort.progress)
     return by_polynomials(found, subject, effort.progress) if effort.polynomials else found

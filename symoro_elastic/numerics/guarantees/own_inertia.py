@@ -6,11 +6,11 @@ solved for. With the inertia J_j of body j about the origin of its frame, e_j th
     H_j >= Ia_j + e_j' J_j e_j
 
 Proof: what joint c hands on, K_c - K_c e e' K_c / H_c, is positive semidefinite where K_c is, for H_c >= e' K_c e; so
-K_j >= J_j by induction from the tips. It needs bodies that can exist: no mass and no central inertia below zero. Where
-joints are coupled, H_j >= Ia_j is left: the rotors of independent joints add a diagonal matrix to one that is positive
-semidefinite. The whole bound holds where all joints from the base to j are independent and solved for after j: H_j is
-the least energy 2 G with qdd_j = 1 and coordinates still to be solved for at rest (`knowledge.py`), so the antecedent
-of body j is at rest, and body j alone has e_j' J_j e_j.
+K_j >= J_j by induction from the tips. It needs bodies that can exist, where there are rotors, too: no mass and no
+central inertia below zero. Where joints are coupled, H_j >= Ia_j is left: the rotors of independent joints add a
+diagonal matrix to one that is positive semidefinite. The whole bound holds where all joints from the base to j are
+independent and solved for after j: H_j is the least energy 2 G with qdd_j = 1 and coordinates still to be solved for at
+rest (`knowledge.py`), so the antecedent of body j is at rest, and body j alone has e_j' J_j e_j.
 
 It holds at every position, and it costs nothing. Base inertial parameters are not those of bodies: grouping does not
 change H_j, so the lemma is applied to the machine before.
@@ -18,7 +18,7 @@ change H_j, so the lemma is applied to the machine before.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from itertools import combinations
 from typing import Any
@@ -47,10 +47,11 @@ def own_inertias(machine: Machine, box: Mapping[str, Interval], from_rest: Colle
     mechanism = Tree(machine).mechanism
     links = {j: mechanism.link(j) for j in machine.independent}
     found: dict[int, Array] = {}
-    possible = _can_exist(mechanism, box)
+    if not _can_exist(mechanism, box):
+        return found
     for j, link in links.items():
         least = _low(link.rotor_inertia, box)
-        if possible and j in from_rest:
+        if j in from_rest:
             least = least + _low(_about_axis(link), box)
         if np.all(least > 0):
             found[j] = np.nextafter(least, -np.inf)
@@ -80,16 +81,19 @@ def _can_exist(mechanism: Mechanism, box: Mapping[str, Interval]) -> bool:
 
 
 def _is_possible(body: RigidInertia, box: Mapping[str, Interval]) -> bool:
-    """Whether m >= 0, and the central tensor has no negative principal minor; False where they are no exact numbers."""
+    """Whether m >= 0, and the central tensor has no negative principal minor; by intervals where they have ranges."""
     entries = (body.mass, *body.moments, *body.inertia)
     exact = {name: Fraction(float(x.low.flat[0])) for name, x in box.items() if np.all(x.low == x.high)}
     try:
-        value = evaluate(entries, exact, RATIONALS)
+        value: Callable[[Scalar], Any] = evaluate(entries, exact, RATIONALS)
         mass, mx, my, mz, xx, xy, xz, yy, yz, zz = map(value, entries)
     except KeyError:
-        return False
-    if mass <= 0:
+        value = evaluate(entries, box, INTERVALS)
+        mass, mx, my, mz, xx, xy, xz, yy, yz, zz = (interval(value(x)) for x in entries)
+    if isinstance(mass, Fraction | int) and mass <= 0:
         return mass == 0 and not (mx or my or mz) and _is_semidefinite(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
+    if not _least(mass) > 0:
+        return False
     x, y, z = mx / mass, my / mass, mz / mass
     central = (
         (xx - my * y - mz * z, xy + mx * y, xz + mx * z),
@@ -99,14 +103,18 @@ def _is_possible(body: RigidInertia, box: Mapping[str, Interval]) -> bool:
     return _is_semidefinite(central)
 
 
-def _is_semidefinite(matrix: tuple[tuple[Fraction, ...], ...]) -> bool:
+def _least(x: Any) -> Any:
+    return np.min(x.low) if isinstance(x, Interval) else x
+
+
+def _is_semidefinite(matrix: tuple[tuple[Any, ...], ...]) -> bool:
     """Whether all principal minors of a symmetric matrix are zero or positive."""
     sizes = range(1, len(matrix) + 1)
     kept = (rows for size in sizes for rows in combinations(range(len(matrix)), size))
-    return all(_determinant([[matrix[i][k] for k in rows] for i in rows]) >= 0 for rows in kept)
+    return all(_least(_determinant([[matrix[i][k] for k in rows] for i in rows])) >= 0 for rows in kept)
 
 
-def _determinant(matrix: list[list[Fraction]]) -> Fraction:
+def _determinant(matrix: list[list[Any]]) -> Any:
     if len(matrix) == 1:
         return matrix[0][0]
     first, *rest = matrix

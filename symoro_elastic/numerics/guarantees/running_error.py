@@ -98,6 +98,12 @@ class Bounds:
     error: dict[int, Array]
     local: dict[int, Array]
 
+    def without(self, nodes: Iterable[Expression]) -> Bounds:
+        """Those of all other nodes."""
+        left_out = {node.id for node in nodes}
+        kept = ({k: x for k, x in of.items() if k not in left_out} for of in (self.range, self.error, self.local))
+        return Bounds(self.rounding, self.shape, *kept)  # type: ignore[arg-type]
+
     def range_of(self, x: Operand) -> Interval:
         """The values of a node or a constant in exact arithmetic."""
         return self.range[x.id] if type(x) is Expression else interval(x)
@@ -121,14 +127,16 @@ def running_errors(
     rounding: Rounding,
     angles: Collection[int] = (),
     known: Known | None = None,
+    before: Bounds | None = None,
+    proven: Mapping[int, Array] | None = None,
 ) -> Bounds:
     """Ranges and errors of nodes in order, where variables are in a box.
 
     `angles` are the numbers of nodes that are computed in the precision of angles, where that is another one; `known`
-    makes ranges smaller.
+    makes ranges smaller, `proven` are errors that are known in another way. `before` has bounds of the nodes before.
     """
     shape = np.broadcast_shapes((1,), *(x.low.shape for x in box.values()))
-    bounds = Bounds(rounding, shape, {}, {}, {})
+    bounds = before or Bounds(rounding, shape, {}, {}, {})
     of_angles = Bounds(ROUNDINGS[DOUBLE.name], shape, bounds.range, {}, {})
     with np.errstate(all="ignore"):
         for node in nodes:
@@ -137,6 +145,8 @@ def running_errors(
             if rounding.is_mixed and node.id in angles:
                 _add_error(node, of_angles, of_angles, False)
             _add_error(node, bounds, of_angles if rounding.is_mixed else bounds, rounding.is_mixed)
+            if proven and node.id in proven:
+                bounds.error[node.id] = np.minimum(bounds.error[node.id], proven[node.id])
     return bounds
 
 

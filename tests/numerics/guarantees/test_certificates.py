@@ -141,6 +141,34 @@ def test_no_pivot_of_a_possible_machine_vanishes() -> None:
 
 
 @pytest.mark.thorough
+def test_rotors_bound_no_pivot_where_bodies_cannot_exist() -> None:
+    """A body with an inertia below zero takes from what its rotor has."""
+    torques = {name: {"velocity": 2, "torque": 20} for name in ("shoulder", "elbow")}
+    axes = {"kind": "motor", "sigma": 0}
+    table = {
+        "name": "impossible",
+        "joints": [
+            {"name": "shoulder", "antecedent": 0, "theta": "q1", **axes},
+            {"name": "elbow", "antecedent": "shoulder", "d": 0.4, "theta": "q2", **axes},
+        ],
+        "parameters": {"a": 0.4},
+        "bodies": {
+            "shoulder": {"mass": 0, "first_moments": [0, 0, 0], "inertia_at_origin": [0, 0, "-a"]},
+            "elbow": {"mass": 1, "first_moments": [0.3, 0, 0], "inertia_at_origin": [0, 0.1, 0.1]},
+        },
+        "motors": {"shoulder": {"rotor_inertia": 0.5}},
+        "limits": torques,
+    }
+    (found,) = se.certify(table, "direct_dynamics").certificates
+    (pivot,) = (pivot for pivot in found.pivots if pivot.name == "H1")
+    assert 0 < pivot.least < 0.5 - 0.4 + 0.4**2  # its value where the elbow is straight
+    program = programs(se.read(table), Scene(models=("direct_dynamics",))).package.functions[0].program
+    worst = Attack([x for output in program.outputs for x in output.entries], found.box, found.precision).run(4000)
+    for k, entry in enumerate(found.entries):
+        assert worst.error[k] <= entry.error * (1 + SLACK["double"]) + ROUNDED["double"] * entry.magnitude
+        assert entry.low <= worst.low[k] and worst.high[k] <= entry.high
+
+
 def test_the_bounds_are_near_where_joints_slide_or_bend() -> None:
     machine = limited(MACHINES["two_axis"]())
     for model in ("inverse_dynamics", "direct_dynamics"):
