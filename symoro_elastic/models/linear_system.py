@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -50,6 +50,11 @@ class LinearSystem:
     def given(self) -> list[Operand]:
         """All entries of A and of the right side."""
         return [*(x for row in self.A for x in row), *self.right]
+
+    def moved(self, to: Callable[[Operand], Operand]) -> LinearSystem:
+        """The system of a program with other nodes, whose sums have another order."""
+        right, x, pivots = ([*map(to, part)] for part in (self.right, self.x, self.pivots))
+        return replace(self, A=[[*map(to, row)] for row in self.A], right=right, x=x, pivots=pivots)
 
 
 def linear_system(machine: Machine, program: Program) -> LinearSystem | None:

@@ -28,6 +28,7 @@ def by_polynomials(certificate: Certificate, subject: Subject, progress: Progres
 
     Results that are no polynomials, as those of direct models, keep theirs. `progress` is called after each result.
     """
+    subject = subject.as_printed()
     entries: list[EntryBound] = []
     found: dict[int, tuple[float, float, float]] = {}
     for k, (entry, x) in enumerate(zip(certificate.entries, subject.results, strict=True)):

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from symoro_elastic.codegen.c_printers import angles_of
 from symoro_elastic.codegen.package import Function
+from symoro_elastic.codegen.printed_order import in_place_of, in_printed_order
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
@@ -147,6 +148,19 @@ class Subject:
     def _angles(self) -> frozenset[int]:
         return frozenset(node.id for node in reachable(angles_of(self.function.program)))
 
+    def as_printed(self) -> Subject:
+        """The same of the program as its text is carried out, which is what a certificate is of."""
+        program, changed = in_printed_order(self.function.program)
+        if not changed:
+            return self
+
+        def knowledge(parts: Parts) -> Known:
+            found = self.knowledge(parts)
+            return {changed[number].id if number in changed else number: x for number, x in found.items()}
+
+        solver = self.solver and self.solver.moved(partial(in_place_of, changed=changed), program)
+        return replace(self, function=replace(self.function, program=program), knowledge=knowledge, solver=solver)
+
     def bounds(self, parts: Parts) -> Bounds:
         """Ranges and errors of all nodes over sub-boxes (lemma 1)."""
         return running_errors(self.nodes, parts, self.rounding, self._angles, self.knowledge(parts))
@@ -173,11 +187,13 @@ def certify(
     progress: Progress = no_progress,
 ) -> Certificate:
     """What a function guarantees over its box, which is cut into at most so many sub-boxes."""
+    subject = subject.as_printed()
     return certificate_over(subject, machine, sub_boxes_of(subject, most_sub_boxes, progress), seed)
 
 
 def certificate_over(subject: Subject, machine: str, parts: Parts, seed: int = 0) -> Certificate:
     """What a function guarantees over its box, from these sub-boxes of it."""
+    subject = subject.as_printed()
     bounds = subject.bounds(parts)
     by_operations = subject.errors(bounds)
     bounds = subject.solved(bounds, parts)

@@ -104,6 +104,10 @@ class FixedSubject(Subject):
 
     bits: Mapping[int, int] | None = field(default=None)
 
+    def as_printed(self) -> Subject:
+        """The same: sums of integers have no rounding, and each operation has a statement of its own."""
+        return self
+
     def bounds(self, parts: Parts) -> Bounds:
         """Ranges and errors of all nodes over sub-boxes (lemma 1)."""
         return self.scaled(parts)[0]

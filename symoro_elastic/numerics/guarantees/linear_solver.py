@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, partial
@@ -21,7 +22,8 @@ from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
 from symoro_elastic.numerics.guarantees.running_error import Bounds, running_errors
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts
 from symoro_elastic.symbolic.arithmetic import evaluate
-from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.expression import Expression, Operand, reachable
+from symoro_elastic.symbolic.program import Program
 
 MOST_POINTS, MORE_POINTS = 20_000, 300_000
 """Of a grid of positions; with polynomials."""
@@ -37,6 +39,12 @@ class Solver:
     box: Box
     rotors: Array
     polynomials: bool = False
+
+    def moved(self, to: Callable[[Operand], Operand], program: Program) -> Solver | None:
+        """The same of a program whose sums have another order; None where it does not have all entries of A and b."""
+        system, present = self.system.moved(to), {node.id for node in program.nodes}
+        missing = any(isinstance(x, Expression) and x.positive.id not in present for x in system.given)
+        return None if missing else replace(self, system=system)
 
     @cached_property
     def _everywhere(self) -> tuple[list[Array], float]:

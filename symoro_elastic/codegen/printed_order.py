@@ -1,0 +1,153 @@
+"""A program whose sums are carried out in the order in which its text has them.
+
+Text leaves out parentheses that sums do not need: x + (y + z) is written `x + y + z`, which compilers and interpreters
+carry out from left to right, as (x + y) + z. It is the same number in exact arithmetic, but not as rounded: what is
+proven of rounding is proven of this program. It follows the rules of `printers.py`: where both parts of a sum have the
+same sign, the terms of the second follow those of the first; else the part with a minus stands in parentheses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple, TypeAlias
+
+from symoro_elastic.codegen.printers import constant_values
+from symoro_elastic.symbolic.expression import Expression, Level, Operand
+from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, SUBTRACT, SYMBOL
+from symoro_elastic.symbolic.program import Program
+
+Signed: TypeAlias = tuple[bool, Operand]
+"""Whether there is a minus before it, and an expression without a sign or a constant that is not negative."""
+
+
+class _Written(NamedTuple):
+    """An expression as text: whether it begins with a minus, and its terms; the minus is before them all."""
+
+    negative: bool
+    terms: Sequence[Signed]
+
+
+def in_printed_order(program: Program) -> tuple[Program, Mapping[int, Expression]]:
+    """Return the program as its text is carried out, and the nodes in it that are others, by number."""
+    text = _Text(program)
+    changed = text.changed
+
+    def moved(x: Operand) -> Operand:
+        return in_place_of(x, changed)
+
+    if not changed:
+        return program, changed
+    return replace(
+        program,
+        outputs=tuple(replace(x, entries=tuple(map(moved, x.entries))) for x in program.outputs),
+        once=tuple(s._replace(node=changed.get(s.node.id, s.node)) for s in program.once),
+        statements=tuple(s._replace(node=changed.get(s.node.id, s.node)) for s in program.statements),
+        quantities={name: moved(x) for name, x in program.quantities.items()},
+    ), changed
+
+
+def in_place_of(x: Operand, changed: Mapping[int, Expression]) -> Operand:
+    """Return what stands in place of an expression, whose sign is outside."""
+    if not isinstance(x, Expression) or x.positive.id not in changed:
+        return x
+    new = changed[x.positive.id]
+    return -new if x.operation == NEGATE else new
+
+
+class _Text:
+    """The terms of all nodes of a program; `changed` are the nodes that are carried out in another way, by number."""
+
+    def __init__(self, program: Program) -> None:
+        self._variables = {s.node.id: s.negative for s in (*program.once, *program.statements)}
+        self._constants: Mapping[int, float] = constant_values(program.constants)
+        self._written: dict[int, _Written] = {}
+        self.changed: dict[int, Expression] = {}
+        for node in program.nodes:
+            self._add(node)
+
+    def _add(self, node: Expression) -> None:
+        if node.operation == SYMBOL or node.level == Level.CONSTANT:
+            negative = self._constants.get(node.id, 1.0) < 0
+            self._written[node.id] = _Written(negative, [(negative, node)])
+            return
+        found = self._terms(node)
+        negative, new = _together(found.terms)
+        if node.operation != NEGATE:
+            if negative != found.negative:
+                new = -new
+            if new is not node and isinstance(new, Expression):
+                self.changed[node.id] = new
+        if node.id in self._variables:
+            negative = self._variables[node.id]
+            found = _Written(negative, [(negative, self.changed.get(node.id, node))])
+        self._written[node.id] = found
+
+    def _of(self, x: Operand) -> _Written:
+        if isinstance(x, Expression):
+            return self._written[x.id]
+        return _Written(x < 0, [(False, -x if x < 0 else x)])
+
+    def _terms(self, node: Expression) -> _Written:
+        """The text of an operation, written out."""
+        parts = [self._of(x) for x in node.operands]
+        if node.operation == NEGATE:
+            return _Written(not parts[0].negative, parts[0].terms)
+        if node.operation in (ADD, SUBTRACT):
+            return _sum(parts[0], parts[1], node.operation == SUBTRACT)
+        grouped = [_together(part.terms) for part in parts]
+        if node.operation in (MULTIPLY, DIVIDE):
+            negative = parts[0].negative != parts[1].negative
+            (one, x), (other, y) = grouped
+            new = node if (x, y) == node.operands else _applied(node.operation, x, y)
+            return _Written(negative, [(one != other, new)])
+        whole = [-x if part.negative != minus else x for part, (minus, x) in zip(parts, grouped, strict=True)]
+        same = all(x is y or x == y for x, y in zip(whole, node.operands, strict=True))
+        return _Written(False, [(False, node if same else node.graph.node(node.operation, *whole))])
+
+
+def _sum(first: _Written, second: _Written, subtracted: bool) -> _Written:
+    minus_second = second.negative != subtracted
+    if first.negative == minus_second:
+        return _Written(first.negative, [*first.terms, *second.terms])
+    plus, minus = (second, first) if first.negative else (first, second)
+    sign, grouped = _together(minus.terms)
+    return _Written(False, [*plus.terms, (not sign, grouped)])
+
+
+def _together(terms: Sequence[Signed]) -> Signed:
+    """The sum of terms from left to right, its sign outside."""
+    negative, x = terms[0]
+    for minus, y in terms[1:]:
+        if negative == minus:
+            sign, x = _signed(_applied(ADD, x, y))
+            negative ^= sign
+        else:
+            sign, x = _signed(_applied(SUBTRACT, x, y))
+            negative ^= sign
+    return negative, x
+
+
+def _signed(x: Operand) -> Signed:
+    if isinstance(x, Expression):
+        return x.operation == NEGATE, x.positive
+    return x < 0, -x if x < 0 else x
+
+
+def _applied(operation: str, x: Operand, y: Operand) -> Operand:
+    """One operation in normal form, without joining terms that are alike."""
+    if not isinstance(x, Expression):
+        if not isinstance(y, Expression):
+            raise TypeError("an operation on two numbers")
+        if operation == DIVIDE:
+            return y.graph.node(DIVIDE, x, y)
+        flipped = _applied(operation, y, x)
+        return -flipped if operation == SUBTRACT else flipped
+    if not isinstance(y, Expression):
+        if operation == SUBTRACT:
+            return x.graph.node(ADD, x, -y)
+        return x.graph.node(operation, x, y)
+    if operation == DIVIDE or x.id < y.id:
+        return x.graph.pair(operation, x, y)
+    found = x.graph.pair(operation, y, x)
+    return -found if operation == SUBTRACT else found
