@@ -156,9 +156,9 @@ def load_ratio(linear: Linearization, motor: str, velocity: Array, measured: str
 def _refuse_free(plant: Plant) -> None:
     """Raise `InputError` for a motion that no motor makes and nothing holds back, whose poles are 0."""
     linear = plant.linear
-    laws = [x / (np.linalg.norm(x) or 1.0) for x in (linear.K, linear.D, np.array([*linear.motors]))]
+    laws = [x / (np.linalg.norm(x) or 1.0) for x in (linear.K, linear.D, *linear.motors)]
     _, sizes, motions = np.linalg.svd(np.vstack(laws))
-    if sizes[-1] < NOTHING:
+    if len(sizes) and sizes[-1] < NOTHING:
         coordinate = linear.coordinates[int(np.argmax(np.abs(motions[-1])))]
         what = f"nothing holds {coordinate} back, so loops are neither stable nor unstable: give it a spring or a motor"
         raise InputError(linear.motion.source, "drives", what)

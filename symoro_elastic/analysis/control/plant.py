@@ -92,8 +92,8 @@ class Plant:
             braked = C + one.current.dragged(s) if one.current else C
             coefficients += [one.Kv * C, s * braked]
             matrices += [np.outer(axis.velocity, axis.position), np.outer(axis.velocity, axis.velocity)]
-        flat = (N.T @ np.array(matrices) @ N).reshape(len(matrices), -1).astype(complex)
-        found: ComplexArray = (np.stack(coefficients, axis=1) @ flat).reshape(len(s), N.shape[1], -1)
+        flat = (N.T @ np.array(matrices) @ N).reshape(len(matrices), N.shape[1] ** 2).astype(complex)
+        found: ComplexArray = (np.stack(coefficients, axis=1) @ flat).reshape(len(s), N.shape[1], N.shape[1])
         return found
 
     def moved(self, s: ComplexArray, closed: Sequence[Cascade], forces: Array) -> ComplexArray:
