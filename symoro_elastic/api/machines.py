@@ -94,8 +94,14 @@ def the_machine(machine: MachineLike, values: Values = NO_VALUES) -> DescribedMa
     return with_values(whole, dict(values)) if values else whole
 
 
-def write(machine: MachineLike, path: str | Path, *, drop: Sequence[str] = (), force: bool = False) -> Path:
+def write(
+    machine: MachineLike, path: str | Path, *, drop: Sequence[str] = (), like: str | Path | None = None,
+    force: bool = False,
+) -> Path:  # fmt: skip
     """Write a machine in the format of the suffix, and return the path; an existing file is replaced if `force`.
+
+    With `like`, a .toml file that the machine was made from, comments and order of that file are kept: what differs is
+    written into its text. A `MachineWarning` says where that is not possible.
 
     `drop` are parts that are left out, for URDF and MJCF: "rotors", "springs" (elastic joints are fixed where these are
     neutral), "loops" (their joints without motors are driven), "wrenches", "backlash", "creep", "sharing"; a
@@ -103,8 +109,8 @@ def write(machine: MachineLike, path: str | Path, *, drop: Sequence[str] = (), f
     """
     kept, remarks = without(the_machine(machine), among(drop, PARTS, "--drop"))
     with permission(force=force):
-        write_machine(kept.with_notes(*kept.origin.remarks, *remarks), path)
-    for remark in remarks:
+        lost = write_machine(kept.with_notes(*kept.origin.remarks, *remarks), path, like)
+    for remark in (*remarks, *filter(None, [lost])):
         warn(remark)
     return Path(path)
 

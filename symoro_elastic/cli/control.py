@@ -8,7 +8,7 @@ from symoro_elastic.api.options import Controlling, Cutting
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputMachine, Plots, call, draws, takes, writes
-from symoro_elastic.cli.output import print_result, progress_bar
+from symoro_elastic.cli.output import print_result, progress_bar, save_machine
 from symoro_elastic.cli.reading import read, scene_of
 
 
@@ -27,14 +27,13 @@ def control(machine: str, options: Controlling, save: str | None, plots: Plots, 
     """
     from symoro_elastic.analysis.control.control import with_gains
     from symoro_elastic.api import control as operations
-    from symoro_elastic.formats import write_machine
 
     whole = read(machine)
     scene_of(whole, options.scene)
     with progress_bar("control") as progress:
         found = call(operations.control, whole, options, progress=progress)
     if save:
-        write_machine(with_gains(whole, found), save)
+        save_machine(with_gains(whole, found), save, machine)
     print_result(found, as_json, **({"written": save} if save else {}))
     if save and not as_json:
         click.echo(f"wrote {save}")

@@ -19,7 +19,7 @@ from symoro_elastic.cli.options import (
     takes,
     writes,
 )
-from symoro_elastic.cli.output import print_parts, print_result, progress_bar, steps
+from symoro_elastic.cli.output import print_parts, print_result, progress_bar, save_machine, steps
 from symoro_elastic.cli.reading import read
 from symoro_elastic.foundation.file_forms import COLUMNS
 
@@ -64,14 +64,13 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
 def identify(machine: str, options: Identifying, save: str | None, plots: Plots, as_json: bool) -> None:
     """Read DATA, CSV or NPZ files with t, q_<joint>, tau_<motor>."""
     from symoro_elastic.api import measured
-    from symoro_elastic.formats import write_machine
 
     of_file = read(machine)
     with steps() as step:
         identified = call(measured.identify, of_file, options, announce=step)
         saved, warnings = identified.saved(step) if save else (None, [])
     if save and saved:
-        write_machine(saved, save)
+        save_machine(saved, save, machine)
         for warning in warnings:
             click.echo(f"warning: {warning}", err=True)
     print_result(identified, as_json, **({"written": save} if save else {}))
@@ -98,7 +97,6 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
     """
     from symoro_elastic.analysis.updating.views import next_table
     from symoro_elastic.api import measured
-    from symoro_elastic.formats import write_machine
     from symoro_elastic.foundation.results import plain
 
     of_file = read(machine)
@@ -107,7 +105,7 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
         candidates = updated.next_tests() if is_next else []
     saved, lines = updated.saved() if save else (None, [])
     if save and saved:
-        write_machine(saved, save)
+        save_machine(saved, save, machine)
         for line in lines:
             click.echo(f"warning: {line}", err=True)
     more = {"written": save} if save else {}

@@ -14,10 +14,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 import click
 
 if TYPE_CHECKING:
-    from symoro_elastic.foundation.results import Table
-
-if TYPE_CHECKING:
     from symoro_elastic.foundation.results import Part, Result, Table
+    from symoro_elastic.machine.machine import Machine
 
 GLUE = "\N{NO-BREAK SPACE}"
 KEPT_TOGETHER = 24
@@ -147,6 +145,14 @@ def save_arrays(result: Result, out: str | None, as_json: bool) -> None:
 
         save_arrays(result.arrays(), out)
         click.echo(f"wrote {out}", err=as_json)
+
+
+def save_machine(machine: Machine, path: str, of_file: str) -> None:
+    """Save a machine that was made from that of a file, with the file's comments where both are TOML."""
+    from symoro_elastic.formats import write_machine
+
+    if lost := write_machine(machine, path, of_file):
+        click.echo(f"note: {lost}", err=True)
 
 
 def print_written(folder: str, written: Sequence[Path]) -> None:

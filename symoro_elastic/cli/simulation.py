@@ -162,7 +162,7 @@ def ladder(machine: str, options: Climbing, reduced: ReducedScene, plots: Plots,
     else:
         _print_ladder(climbed, str(options.scene or machine), wanted)
     if reduced.save:
-        _write_reduced(climbed, whole, asked, wanted, reduced.save)
+        _write_reduced(climbed, whole, asked, wanted, reduced.save, options.scene)
     plots.write(climbed.plots)
 
 
@@ -188,14 +188,31 @@ def _print_budget(climbed: Ladder, budget: Budget, wanted: Wanted | None) -> Non
         click.echo(line)
 
 
-def _write_reduced(climbed: Ladder, whole: DescribedMachine, asked: Scene, wanted: Wanted | None, path: str) -> None:
+def _write_reduced(
+    climbed: Ladder, whole: DescribedMachine, asked: Scene, wanted: Wanted | None, path: str, file: object
+) -> None:
+    """Write the scene of the advised model, with the comments of the scene's file where it has one."""
     from symoro_elastic.analysis.ladder.budget_views import advice as spent
     from symoro_elastic.analysis.ladder.rungs import reduced_scene
     from symoro_elastic.analysis.ladder.views import advice
+    from symoro_elastic.formats.toml.kept_text import in_text_of
+    from symoro_elastic.formats.toml.motions import motions_of, wanted_of
+    from symoro_elastic.formats.toml.scenes import scene_in
+    from symoro_elastic.formats.toml.tables import load
     from symoro_elastic.formats.toml.writing import write_scene
+    from symoro_elastic.models.catalogue import MODELS
 
     motions = [reference.prescribed for reference in climbed.references]
     reduced = reduced_scene(climbed, whole, asked)
     said = spent(climbed.budget) if climbed.budget else advice(climbed)
-    write_text(write_scene(reduced, motions, wanted, [said]), path)
+
+    def normal(text: str) -> str:
+        top = load(text, path)
+        return write_scene(scene_in(top, whole, MODELS), motions_of(top, whole), wanted_of(top))
+
+    like = file if isinstance(file, str | Path) else None
+    text, lost = in_text_of(like, write_scene(reduced, motions, wanted), normal)
+    write_text(f"# {said}\n\n{text}", path)
+    if lost:
+        note(lost)
     click.echo(f"wrote {path}", err=True)

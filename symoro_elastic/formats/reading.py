@@ -60,11 +60,21 @@ def _read(path: str | Path, taken: Reasons, conversion: Conversion | None) -> De
     return with_valid_names(machine_with_changes(form.describe(text, str(path)), str(path), conversion), taken)
 
 
-def write_machine(machine: Machine, path: str | Path) -> None:
-    """Write the machine in the format of the suffix; raises `InputError`."""
+def write_machine(machine: Machine, path: str | Path, like: str | Path | None = None) -> str:
+    """Write the machine in the format of the suffix; raises `InputError`.
+
+    If that and the file `like` are TOML, only what differs is written into the text of `like`. What is returned says
+    why its comments are not kept, nothing where they are.
+    """
     form = refuse_unwritable(path)
     assert form.write
-    write_text(form.write(machine), path)
+    text, lost = form.write(machine), ""
+    if form is toml.FORMAT and like is not None:
+        from symoro_elastic.formats.toml.kept_text import in_text_of
+
+        text, lost = in_text_of(like, text, lambda other: toml.write(toml.read(other, str(path))))
+    write_text(text, path)
+    return lost
 
 
 def refuse_unwritable(path: str | Path, place: str = "file") -> Format:

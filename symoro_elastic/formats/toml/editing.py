@@ -33,8 +33,9 @@ OF_A_LINE = re.compile(r"line (\d+)\b")
 HERE = "symoro_elastic is here"
 
 
-def _tomlkit() -> Any:
-    return import_optional("tomlkit", "editing a file that keeps its comments", "live")
+def tomlkit() -> Any:
+    """Return the package tomlkit; raises `InputError` that says how to install it."""
+    return import_optional("tomlkit", "editing a file that keeps its comments", "analysis")
 
 
 def with_cell(text: str, path: Path, new: str, source: str) -> str:
@@ -47,13 +48,13 @@ def with_cell(text: str, path: Path, new: str, source: str) -> str:
     literal = _literal(new, source, place)
     wanted = load(text, source).entries
     try:
-        document = _tomlkit().parse(text)
+        document = tomlkit().parse(text)
         for whole, value in ((wanted, _as_read(literal)), (document, literal)):
             _set(whole, path, value)
         found = str(document.as_string())
         if load(found, source).entries == wanted:
             return found
-    except (_tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
+    except (tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
         pass
     raise InputError(source, place, "cannot be written alone here: change it in an editor")
 
@@ -65,8 +66,8 @@ def _literal(text: str, source: str, place: str) -> Any:
         raise InputError(source, place, "is empty: give a number or a formula, 0 for none")
     if len(text) > MOST_OF_A_CELL or not text.isprintable():
         raise InputError(source, place, f"is not one line of up to {MOST_OF_A_CELL} characters")
-    tomlkit = _tomlkit()
-    return tomlkit.value(text) if NUMBER.fullmatch(text) else tomlkit.item(text)
+    kit = tomlkit()
+    return kit.value(text) if NUMBER.fullmatch(text) else kit.item(text)
 
 
 def _as_read(literal: Any) -> Any:
@@ -165,12 +166,12 @@ class Lines:
                 whole = whole[key]
             whole[path[-1]] = HERE
             return str(document.as_string()).partition(HERE)[0].count("\n") + 1
-        except (InputError, _tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
+        except (InputError, tomlkit().exceptions.TOMLKitError, LookupError, TypeError, ValueError, RecursionError):
             return None
 
     @cached_property
     def _document(self) -> Any:
-        return _tomlkit().parse(self.text)
+        return tomlkit().parse(self.text)
 
 
 def _path_of(top: Mapping[str, Any], pieces: Sequence[str]) -> list[Any]:

@@ -71,12 +71,9 @@ def _rows(lines: Iterable[str]) -> list[str]:
     return ["joints = [", *(f"  {line}," for line in lines), "]"]
 
 
-def write_scene(
-    scene: Scene, motions: Sequence[PrescribedMotion] = (), wanted: Wanted | None = None, notes: Sequence[str] = ()
-) -> str:
-    """The TOML text of a scene file, notes as comments at its top."""
-    comments = [[f"# {note}" for note in notes]] if notes else []
-    return _joined([*comments, *_scene_blocks(Request(scene, tuple(motions), wanted))])
+def write_scene(scene: Scene, motions: Sequence[PrescribedMotion] = (), wanted: Wanted | None = None) -> str:
+    """The TOML text of a scene file."""
+    return _joined(_scene_blocks(Request(scene, tuple(motions), wanted)))
 
 
 def _scene_blocks(asked: Request) -> Iterable[list[str]]:
