@@ -213,7 +213,7 @@ def measured_response(output: str, source: str, f: Any, G: Any, rng: np.random.G
     """A response with noise, and the coherence that belongs to it."""
     sd = NOISE * np.hypot(np.abs(G), np.median(np.abs(G))) / np.sqrt(2)
     H = G + sd * (rng.normal(size=len(f)) + 1j * rng.normal(size=len(f)))
-    return MeasuredResponse(output, source, f, H, 1 / (1 + 2 * AVERAGES * sd**2 / np.abs(H) ** 2))
+    return MeasuredResponse(output, source, f, H, 1 / (1 + 2 * (AVERAGES - 1) * sd**2 / np.abs(H) ** 2))
 
 
 def measured(
@@ -252,6 +252,7 @@ class Outcome:
     seconds: float
     evaluations: int
     starts: dict[str, float] = field(default_factory=dict)
+    beside: float = 0.0
 
 
 def one_fit(
@@ -277,7 +278,7 @@ def one_fit(
         found.fit.chi2, {label: float(np.log(one.value / truth[label])) for label, one in by_label.items()},
         {label: one.relative for label, one in by_label.items()},
         {label for label, one in by_label.items() if one.verdict is Verdict.IDENTIFIED},
-        seconds, found.fit.evaluations, starts,
+        seconds, found.fit.evaluations, starts, found.fit.beside,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 
 LACKING = 3.0
-"""chi2 above which the model lacks something that the data show."""
+"""Mean square of residuals in a band above which the model lacks something there."""
 OPPOSITE = 2.5
 """Median phase error, rad, of a pair whose sign is wrong."""
 SCALED = math.log(3.0)
@@ -83,7 +83,7 @@ class Band:
 
 def lacking(lines: Sequence[Lines], fit: Fit) -> list[Band]:
     """Return the bands of the largest residuals, at most two, where chi2 says that the model lacks something."""
-    if not fit.chi2 > LACKING:
+    if not fit.chi2 > fit.far:
         return []
     f = np.concatenate([np.tile(line.f, 2) for line in lines])
     r2 = np.minimum(fit.residuals[: len(f)] ** 2, 1e12)
@@ -109,13 +109,24 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     """Return chi2 read aloud."""
     if math.isnan(fit.chi2):
         return "the noise is not known (no coherence or no averages): residuals tell it, so chi2 says nothing"
-    if not bands:
-        means = "the model explains these tests within their noise" if fit.chi2 < 1.5 else "nearly within their noise"
-        return f"chi2 {fit.chi2:.3g}: {means}"
+    if not fit.chi2 > fit.far:
+        return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
     named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)
-    what = f"chi2 {fit.chi2:.3g}: the model lacks something {named}: a body, a spring or a mode that it does not have"
-    low, high = bands[0].low, bands[0].high
-    return f"{what}; standard deviations are lower bounds then; --without {low:.4g}:{high:.4g} leaves these lines out"
+    what = f"chi2 {fit.chi2:.3g}: the model lacks something {named or 'over the whole band'}: a body, a spring or a mode "
+    what += "that it does not have, or masses that are right (--mass-doubt); standard deviations are lower bounds then"
+    low, high = (bands[0].low, bands[0].high) if bands else (0.0, 0.0)
+    return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
+
+
+def _beside(fit: Fit) -> str:
+    """Return what was fitted beside the model, and what it may stand for."""
+    if not fit.beside:
+        return ""
+    return (
+        f", with smooth terms beside it, up to {100 * fit.beside:.2g} % of a response (chi2 {fit.chi2_alone:.3g} without "
+        "them): modes outside the band, which standard deviations know of, or masses that are wrong, which they do not "
+        "(--mass-doubt)"
+    )
 
 
 def errors(measured: ComplexArray, predicted: ComplexArray) -> float:

@@ -16,16 +16,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
 
+from symoro_elastic.analysis.updating.background import Background, background_of
 from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse
-from symoro_elastic.analysis.updating.noise import deviations, is_known
+from symoro_elastic.analysis.updating.noise import deviations, is_known, usual_chi2
 from symoro_elastic.analysis.updating.predictions import Predicted, PredictedModes, Predictions
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.numerics.motion.signals import outputs
 
 LARGEST_STEP = 0.7
 """In ln p: factor 2."""
@@ -38,8 +40,8 @@ WIDTHS = (0.3, 0.1, 0.03)
 LEAST_SPREAD = 0.01
 EXCHANGES, LEAST_CORRELATED = 3, 0.5
 """Pairs of parameters that are exchanged, and the correlation of their errors."""
-FAR, FAR_LOGARITHM = 1.25, 0.05
-"""chi2, and median |ln(G/H)| where the noise is unknown, above which another minimum is sought."""
+FAR_LOGARITHM = 0.05
+"""Median |ln(G/H)| above which another minimum is sought where the noise is unknown."""
 CAUCHY = 2.5
 LEAST_SHARE = 0.3
 """Of a pair's noise, below which a line of stage 1 gets no more weight."""
@@ -85,6 +87,8 @@ class Fit:
     """Logarithms x (p,) of the unknowns, information of the data and covariance (p, p), residuals and weights.
 
     `chi2` is the mean square of residuals, 1 for a model that is as exact as the data; NaN where the noise is unknown.
+    Above `far` residuals are more than noise. Where terms of what is outside the band are fitted beside the model, `beside` is the largest of them, over the
+    median of its response, and `chi2_alone` that of the model without them.
     """
 
     x: Array
@@ -94,6 +98,9 @@ class Fit:
     residuals: Array
     weights: Array
     evaluations: int
+    far: float
+    beside: float = 0.0
+    chi2_alone: float = math.nan
 
 
 def lines_of(
@@ -126,12 +133,31 @@ class Estimator:
 
     def __init__(self, predictions: Predictions, lines: Sequence[Lines], robust: bool = True) -> None:
         self.predictions, self.lines, self.robust = predictions, list(lines), robust
-        self.evaluations = 0
+        self.evaluations, self.unknowns = 0, len(predictions.sought.unknowns)
         self._kernels: dict[tuple[float, bytes], Array] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
+        self.far = usual_chi2([test.averages for test in predictions.tests if test.averages])
+        self.beside = Background(())
 
     def fit(self) -> Fit:
-        """Return the minimum near the start, or the best of others where residuals stay larger than noise."""
+        """Return the minimum near the start, or the best of others where residuals stay larger than noise.
+
+        If they are larger there, too, terms of what is outside the band are fitted beside the model.
+        """
+        found = self._of_model()
+        if not (self.lines and math.isfinite(found.chi2) and found.chi2 > self.far):
+            return found
+        machine = self.predictions.motion.given
+        orders = [outputs(machine, [line.measured.output])[0].order for line in self.lines]
+        beside = background_of([(line.f, line.H, n) for line, n in zip(self.lines, orders, strict=True)])
+        m = beside.count
+        self.start, self.prior = np.concatenate([self.start, np.zeros(m)]), np.concatenate([self.prior, np.ones(m)])
+        self.beside = beside
+        fit = self._at_minimum(self._minimum(np.concatenate([found.x, np.zeros(m)]), self._differences))
+        return replace(fit, chi2_alone=found.chi2) if fit.chi2 < self.far else found
+
+    def _of_model(self) -> Fit:
+        """Return the minimum near the start, or the best of others, of the model alone."""
         given = self.lines
         found, lines = self._fit(self.start), self.lines
         for start in self._other_starts:
@@ -186,7 +212,7 @@ class Estimator:
         """Whether residuals are larger than noise explains, so that another minimum may be better."""
         if not lines:
             return False
-        return fit.chi2 > FAR if math.isfinite(fit.chi2) else self._distance(fit, lines) > FAR_LOGARITHM
+        return fit.chi2 > self.far if math.isfinite(fit.chi2) else self._distance(fit, lines) > FAR_LOGARITHM
 
     def _distance(self, fit: Fit, lines: Sequence[Lines]) -> float:
         """Return the cost of a minimum, or the median of |ln(G/H)| where the noise is unknown."""
@@ -208,12 +234,18 @@ class Estimator:
     def residuals(self, x: Array, of: Callable[[Lines, Predicted], Residuals]) -> Residuals:
         """Return the residuals of all tests, those of modes last; raises `InputError` without equilibrium."""
         self.evaluations += 1
-        predicted = self.predictions.at(x)
+        p = self.unknowns
+        predicted = self.predictions.at(x[:p])
         parts = [of(line, predicted[line.test]) for line in self.lines]
         for test, one in zip(self.predictions.tests, predicted, strict=True):
             if test.modes is not None and one.modes is not None:
                 parts.append(_modal(test.modes, one.modes))
-        return Residuals(np.concatenate([part.r for part in parts]), np.concatenate([part.J for part in parts], axis=1))
+        r, J = np.concatenate([part.r for part in parts]), np.concatenate([part.J for part in parts], axis=1)
+        if self.beside.count:
+            beside = self.beside.over([line.sd for line in self.lines])
+            r[: beside.shape[1]] += x[p:] @ beside
+            J = np.concatenate([J, np.pad(beside, ((0, 0), (0, len(r) - beside.shape[1])))])
+        return Residuals(r, J)
 
     def _logarithms(self, line: Lines, predicted: Predicted) -> Residuals:
         """Return ln(G/H), its phase wrapped; weights are bounded where lines are exact."""
@@ -302,9 +334,16 @@ class Estimator:
         freedom = max(1.0 - len(x) / max(len(here.r), 1), 0.1)
         chi2 = float((weights * here.r**2).sum() / max(weights.sum(), 1e-300)) / mean / freedom
         information = (here.J * weights) @ here.J.T * efficiency / max(chi2, 1.0)
-        covariance = np.asarray(np.linalg.inv(information + np.diag(self.prior)), dtype=float)
+        p, whole = self.unknowns, information + np.diag(self.prior)
+        covariance = np.asarray(np.linalg.inv(whole), dtype=float)[:p, :p]
+        if self.beside.count:
+            information = whole[:p, :p] - whole[:p, p:] @ np.linalg.solve(whole[p:, p:], whole[p:, :p])
+            information -= np.diag(self.prior[:p])
         known = all(line.sd_is_known for line in self.lines)
-        return Fit(x, information, covariance, chi2 if known else float("nan"), here.r, weights, self.evaluations)
+        return Fit(
+            x[:p], information, covariance, chi2 if known else float("nan"), here.r, weights, self.evaluations,
+            self.far, self.beside.largest(x[p:]),
+        )  # fmt: skip
 
 
 @cache

@@ -97,7 +97,7 @@ def _with_responses(
     if not responses:
         there = f"there are {list_of_names(one.name for one in found)}: rename them" if found else "there are none"
         raise InputError(str(listed.path), "responses", f"no response of the machine, {there}")
-    if listed.averages is None or any(one.coherence is None for one in responses):
+    if (listed.averages or 1) == 1 or any(one.coherence is None for one in responses):
         notes.append(_without_noise(listed, responses))
     return replace(test, responses=tuple(responses)), notes
 
@@ -105,8 +105,8 @@ def _with_responses(
 def _without_noise(listed: ListedTest, responses: Iterable[MeasuredResponse]) -> str:
     """Return the note that a file does not say how exact it is."""
     lacking = [f"{one.output}/{one.input}" for one in responses if one.coherence is None]
-    what = f"coherence of {', '.join(lacking)}" if lacking else "averages"
-    what += " and averages" if lacking and listed.averages is None else ""
+    averages = "averages" if listed.averages is None else "second average" if listed.averages == 1 else ""
+    what = " and ".join(filter(None, [f"coherence of {', '.join(lacking)}" if lacking else "", averages]))
     return f"{listed.file}: no {what}: the noise is estimated from the residuals, so chi2 says nothing of the model"
 
 
