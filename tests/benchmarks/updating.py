@@ -4,7 +4,11 @@
 
 Starts are off by factors from 0.5 to 2, uniform in the logarithm; noise is 1 % of |H| and 1 % of its median in each
 line. A line for each machine: fits in the right minimum (chi2 below 1.2), coverage of intervals of 95 % over identified
-parameters, rms errors of identified stiffness and damping, evaluations and seconds (of processor) of a fit.
+parameters, rms errors of identified stiffness and damping, evaluations and seconds (of processor) of a fit. Then the
+parameters with the largest errors, beside the Cramer-Rao bound: the least standard deviation that any estimator has.
+
+With --next the test that is advised, and the one advised last, are made and fitted, too: the sum of variances beside
+what was foretold, and the sum of squared errors.
 """
 
 from __future__ import annotations
@@ -282,6 +286,74 @@ def one_fit(
     )  # fmt: skip
 
 
+def bounds(case: Case, exact: Sequence[Any], step: float = 1e-4) -> dict[str, float]:
+    """Cramer-Rao bounds of the standard deviations of ln p: inverse information, by differences of the other program.
+
+    The prior of a factor 2 is in it, for what these tests do not tell.
+    """
+    truth, rows = labels_of(case.tables), []
+    sd = []
+    for G in exact:
+        middle = np.median(np.abs(G), axis=0)
+        size = np.where(middle > 1e-9 * middle.max(), np.hypot(np.abs(G), middle), np.inf)  # zero pairs say nothing
+        sd.append(NOISE * size / np.sqrt(2))
+    for label, x in truth.items():
+        up, down = (exact_responses(case, with_labels(case.tables, {label: x * np.exp(h)})) for h in (step, -step))
+        rows.append(np.concatenate([((a - b) / (2 * step) / s).ravel() for a, b, s in zip(up, down, sd, strict=True)]))
+    J = np.array(rows)
+    covariance = np.linalg.inv((J @ J.conj().T).real + np.eye(len(J)) / np.log(2.0) ** 2)
+    return dict(zip(truth, np.sqrt(np.diag(covariance)).tolist(), strict=True))
+
+
+def worst(found: Sequence[Outcome], least: Mapping[str, float]) -> str:
+    """The three parameters with the largest errors: error, bound, rms error over bound; and the mean of the last."""
+    errors = {label: np.array([one.errors[label] for one in found if label in one.identified]) for label in least}
+    errors = {label: x for label, x in errors.items() if len(x)}
+    ratio = {label: float(np.sqrt(np.mean(x**2))) / least[label] for label, x in errors.items()}
+    order = sorted(errors, key=lambda label: -np.abs(errors[label]).max())[:3]
+    each = [
+        f"{label} {100 * np.abs(errors[label]).max():.2g} % (bound {100 * least[label]:.2g} %, rms {ratio[label]:.2f})"
+        for label in order
+    ]
+    return f"    rms errors over their bounds {np.mean(list(ratio.values())):.2f}; largest: {', '.join(each)}"
+
+
+def next_trial(case: Case, exact: Sequence[Any], seed: int) -> list[tuple[float, float, float]]:
+    """For the first and the last test that is advised: fall foretold, fall of variances, squared errors over before."""
+    rng, truth = np.random.default_rng(seed), labels_of(case.tables)
+    tables = with_labels(case.tables, {label: x * 2 ** rng.uniform(-1, 1) for label, x in truth.items()})
+    tests = measured(case, exact, rng)
+    before, rows = se.update(tables, tests=tests), []
+    candidates = before.next_tests(20)
+
+    labels = {one.unknown.label for one in before.estimates} & {*truth}
+
+    def sums(found: Any) -> tuple[float, float]:
+        known = [one for one in found.estimates if one.unknown.label in labels]
+        errors = [np.log(one.value / truth[one.unknown.label]) for one in known]
+        return sum(one.relative**2 for one in known), float(np.sum(np.square(errors)))
+
+    for advised in (candidates[0], candidates[-1]):
+        outs = {advised.test.responses[0].input: [one.output for one in advised.test.responses]}
+        other = replace(case, outputs=outs, hold=advised.test.hold, positions=[advised.test.at])
+        more = measured(other, exact_responses(other), rng, names="next")
+        (old, off), (new, left) = sums(before), sums(se.update(tables, tests=[*tests, *more]))
+        rows.append((advised.fall, 1 - new / old, left / off))
+    return rows
+
+
+def next_line(name: str, trials: Sequence[list[tuple[float, float, float]]]) -> str:
+    """Means over trials."""
+    x = np.array(trials)
+    fall, left = 100 * x[:, :, :2].mean(axis=0), (1 - x[:, :, 1]) / (1 - x[:, :, 0])
+    said = [f"{made:.0f} % (foretold {foretold:.0f} %)" for foretold, made in fall]
+    return (
+        f"{name}: advised test lowers variances by {said[0]}, the last one by {said[1]}; variances left over those "
+        f"foretold {left.min():.2f} to {left.max():.2f}; squared errors left {x[:, 0, 2].mean():.2f}, "
+        f"{x[:, 1, 2].mean():.2f}"
+    )
+
+
 @dataclass(frozen=True)
 class Row:
     """A line of the table."""
@@ -331,8 +403,15 @@ def main() -> None:
     parser.add_argument("--factor", type=float, default=2.0)
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--mass-doubt", type=float, default=0.0)
+    parser.add_argument("--next", action="store_true")
     given = parser.parse_args()
     every = []
+    if given.next:
+        for name in given.case or ("milling arm", "lathe", "ball_screw"):
+            exact = exact_responses(CASES[name])
+            trials = [next_trial(CASES[name], exact, given.first + k) for k in range(given.seeds)]
+            print(next_line(name, trials), flush=True)
+        return
     for name in given.case or MAIN:
         case = CASES[name]
         exact = exact_responses(case)
@@ -343,6 +422,8 @@ def main() -> None:
         print(
             f"{name}: {summary(found)}{f'  not right: {wrong}' if wrong and not given.disturbance else ''}", flush=True
         )
+        if not given.disturbance:
+            print(worst(found, bounds(case, exact)), flush=True)
         every += found
     print(f"all: {summary(every)}")
 

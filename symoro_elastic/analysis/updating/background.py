@@ -49,7 +49,9 @@ class Background:
     def largest(self, c: Array) -> float:
         """Return the largest root mean square of what coefficients c add to a line, over its median response."""
         each = zip(self.terms, self.rows, self.sizes, strict=True)
-        return max((float(np.sqrt(np.mean(np.abs(c[rows] @ one) ** 2)) / size) for one, rows, size in each), default=0.0)
+        return max(
+            (float(np.sqrt(np.mean(np.abs(c[rows] @ one) ** 2)) / size) for one, rows, size in each), default=0.0
+        )
 
 
 def background_of(lines: Sequence[tuple[Array, ComplexArray, int]]) -> Background:

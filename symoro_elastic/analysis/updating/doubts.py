@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,44 +17,78 @@ from symoro_elastic.foundation.packages import for_vibrations
 
 LACKING = 3.0
 """Mean square of residuals in a band above which the model lacks something there."""
-OPPOSITE = 2.5
-"""Median phase error, rad, of a pair whose sign is wrong."""
+OPPOSITE, MIRRORED = 2.5, 0.3
+"""Median phase error, rad, of a pair whose sign is wrong; distance from the opposite that says so at once."""
 SCALED = math.log(3.0)
 CROSS_TALK = 1e-3
 """Of the largest measured output of an input, above which a response that cannot be is said."""
 BANDS = 40
 FARTHEST_PEAK = 0.5
 """Relative distance beyond which a predicted peak is another one."""
-KNOWN_FACTORS = {9.80665: "g instead of m/s2", 1e3: "mm instead of m", 1e6: "um instead of m", 2 * math.pi: "2 pi"}
+KNOWN_FACTORS = {
+    9.80665: "g instead of m/s2",
+    1e3: "mm instead of m",
+    1e6: "um instead of m",
+    2 * math.pi: "rad instead of turns",
+}
 
 
-def refuse_opposite(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> None:
-    """Raise `InputError` for a pair whose phase is opposite to that of the model over its whole band."""
+def refuse_opposite(
+    tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted], nearest: float = math.inf
+) -> None:
+    """Raise `InputError` for a pair whose phase is opposite to that of the model over its whole band.
+
+    It is refused if it is as near to the opposite of the model as the median of |H + G| / |G| says.
+    """
     for line in lines:
         G = predicted[line.test].responses[line.place].G[line.counted]
         error = float(np.median(np.abs(np.angle(line.H / G))))
-        if error > OPPOSITE:
+        if error > OPPOSITE and float(np.median(np.abs(line.H / G + 1))) < nearest:
             pair = f"{line.measured.output}/{line.measured.input}"
             what = f"{pair} has the opposite sign of the model: median phase error {math.degrees(error):.0f} deg; "
             what += f"write -{line.measured.output}, or turn the sensor's axis"
             raise InputError(tests[line.test].name, pair, what)
 
 
+def refuse_wrong(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> None:
+    """Raise `InputError` for pairs that are the opposite of the model, or in another unit, before more is tried."""
+    refuse_opposite(tests, lines, predicted, MIRRORED)
+    for line, factor in _scaled_pairs(lines, predicted):
+        if unit := _unit(factor):
+            raise InputError(tests[line.test].name, _pair(line), f"{_times(factor)}: its unit is wrong, {unit}")
+
+
 def of_scale(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> list[str]:
     """Return a line for each pair whose size differs from the model's by one factor over the whole band."""
-    found = []
+    return [
+        f"{tests[line.test].name}: {_pair(line)} {_times(factor)}: check its unit"
+        for line, factor in _scaled_pairs(lines, predicted)
+    ]
+
+
+def _scaled_pairs(lines: Sequence[Lines], predicted: Sequence[Predicted]) -> Iterator[tuple[Lines, float]]:
+    """Yield lines that are the model's, times a factor."""
     for line in lines:
         G = predicted[line.test].responses[line.place].G[line.counted]
         logs = np.log(np.abs(line.H / G))
         middle = float(np.median(logs))
         if abs(middle) > SCALED and float(np.median(np.abs(logs - middle))) < 0.2 * abs(middle):
-            factor = math.exp(abs(middle))
-            known = [what for x, what in KNOWN_FACTORS.items() if abs(math.log(factor / x)) < 0.1]
-            pair = f"{tests[line.test].name}: {line.measured.output}/{line.measured.input}"
-            side = "larger" if middle > 0 else "smaller"
-            found.append(f"{pair} is {factor:.3g} times {side} than the model over its whole band: check its unit"
-                         + (f" ({known[0]}?)" if known else ""))  # fmt: skip
-    return found
+            yield line, math.exp(middle)
+
+
+def _times(factor: float) -> str:
+    side = "larger" if factor > 1 else "smaller"
+    return f"is {max(factor, 1 / factor):.3g} times {side} than the model over its whole band"
+
+
+def _unit(factor: float) -> str:
+    """Return the mistake that a factor is of, nothing for any other factor."""
+    size = abs(math.log(factor))
+    return next((what for x, what in KNOWN_FACTORS.items() if abs(size - math.log(x)) < 0.1), "")
+
+
+def _pair(line: Lines) -> str:
+    return f"{line.measured.output}/{line.measured.input}"
 
 
 def of_zero_pairs(tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]]) -> list[str]:
@@ -70,6 +104,20 @@ def of_zero_pairs(tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]
         else:
             quiet.append(pair)
     return found + ([f"zero in the model, and left out: {', '.join(quiet)}"] if quiet else [])
+
+
+def of_lost_modes(tests: Sequence[VibrationTest], predicted: Sequence[Predicted]) -> list[str]:
+    """Return a line for each test with measured modes that have no partner in the model, which are left out."""
+    found = []
+    for test, one in zip(tests, predicted, strict=True):
+        if test.modes is None or one.modes is None or not (lost := ~np.isfinite(one.modes.f)).any():
+            continue
+        named = ", ".join(f"{f:.4g} Hz" for f in test.modes.f[lost])
+        why = "none of the model is like them, or two are alike" if test.modes.outputs else "the model has fewer modes"
+        found.append(
+            f"{test.name}: {lost.sum()} of {len(lost)} modes have no partner, and are left out: {named} ({why})"
+        )
+    return found
 
 
 @dataclass(frozen=True)
@@ -112,8 +160,13 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     if not fit.chi2 > fit.far:
         return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
     named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)
-    what = f"chi2 {fit.chi2:.3g}: the model lacks something {named or 'over the whole band'}: a body, a spring or a mode "
-    what += "that it does not have, or masses that are right (--mass-doubt); standard deviations are lower bounds then"
+    what = (
+        f"chi2 {fit.chi2:.3g}: the model lacks something {named or 'over the whole band'}: a body, a spring or a mode "
+    )
+    what += (
+        "that it has not, a right mass (--mass-doubt), or a start that is near enough (--factor); standard deviations "
+    )
+    what += "are lower bounds then"
     low, high = (bands[0].low, bands[0].high) if bands else (0.0, 0.0)
     return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
 
@@ -123,9 +176,9 @@ def _beside(fit: Fit) -> str:
     if not fit.beside:
         return ""
     return (
-        f", with smooth terms beside it, up to {100 * fit.beside:.2g} % of a response (chi2 {fit.chi2_alone:.3g} without "
-        "them): modes outside the band, which standard deviations know of, or masses that are wrong, which they do not "
-        "(--mass-doubt)"
+        f", with smooth terms beside it, up to {100 * fit.beside:.2g} % of a response (chi2 {fit.chi2_alone:.3g} "
+        "without them): modes outside the band, which standard deviations know of, or masses that are wrong, which "
+        "they do not know of (--mass-doubt)"
     )
 
 

@@ -15,7 +15,7 @@ s = max(1, 1.4826 median |r|). Balmes 1993 and Lin and Ewins 1994 for residuals 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
@@ -37,6 +37,8 @@ MOST_STEPS = 60
 MOST_REFUSED = 8
 WIDTHS = (0.3, 0.1, 0.03)
 """Of the kernel that smooths responses, over the frequency."""
+SCANNED, MOST_SCANNED, WRONG = 100, 3, 4.0
+"""Points within the prior, and of them those that fits begin at, where other starts leave a chi2 above the last."""
 LEAST_SPREAD = 0.01
 EXCHANGES, LEAST_CORRELATED = 3, 0.5
 """Pairs of parameters that are exchanged, and the correlation of their errors."""
@@ -87,8 +89,8 @@ class Fit:
     """Logarithms x (p,) of the unknowns, information of the data and covariance (p, p), residuals and weights.
 
     `chi2` is the mean square of residuals, 1 for a model that is as exact as the data; NaN where the noise is unknown.
-    Above `far` residuals are more than noise. Where terms of what is outside the band are fitted beside the model, `beside` is the largest of them, over the
-    median of its response, and `chi2_alone` that of the model without them.
+    Above `far` residuals are more than noise. Where terms of what is outside the band are fitted beside the model,
+    `beside` is the largest of them, over the median of its response, and `chi2_alone` that of the model without them.
     """
 
     x: Array
@@ -139,12 +141,13 @@ class Estimator:
         self.far = usual_chi2([test.averages for test in predictions.tests if test.averages])
         self.beside = Background(())
 
-    def fit(self) -> Fit:
+    def fit(self, check: Callable[[Sequence[Lines], Sequence[Predicted]], None] = lambda *_: None) -> Fit:
         """Return the minimum near the start, or the best of others where residuals stay larger than noise.
 
-        If they are larger there, too, terms of what is outside the band are fitted beside the model.
+        Before others are sought, `check` is called with lines and predictions: it may refuse the tests. If residuals
+        are larger in all minima, terms of what is outside the band are fitted beside the model.
         """
-        found = self._of_model()
+        found = self._of_model(check)
         if not (self.lines and math.isfinite(found.chi2) and found.chi2 > self.far):
             return found
         machine = self.predictions.motion.given
@@ -156,29 +159,58 @@ class Estimator:
         fit = self._at_minimum(self._minimum(np.concatenate([found.x, np.zeros(m)]), self._differences))
         return replace(fit, chi2_alone=found.chi2) if fit.chi2 < self.far else found
 
-    def _of_model(self) -> Fit:
+    def _of_model(self, check: Callable[[Sequence[Lines], Sequence[Predicted]], None]) -> Fit:
         """Return the minimum near the start, or the best of others, of the model alone."""
         given = self.lines
         found, lines = self._fit(self.start), self.lines
+        if self._is_far(found, lines):
+            check(lines, self.predictions.at(found.x, slopes=False))
         for start in self._other_starts:
             for x in start(found) if self._is_far(found, lines) else ():
                 self.lines = given
                 again = self._fit(x)
                 if self._distance(again, self.lines) < self._distance(found, lines):
                     found, lines = again, self.lines
+                if not self._is_far(found, lines):
+                    break
         self.lines = lines
         return found
 
     @property
-    def _other_starts(self) -> tuple[Callable[[Fit], list[Array]], ...]:
-        return self._from_smoothed, self._exchanged
+    def _other_starts(self) -> tuple[Callable[[Fit], Iterable[Array]], ...]:
+        return self._from_smoothed, self._exchanged, self._scanned
 
-    def _from_smoothed(self, _: Fit) -> list[Array]:
-        """Return the minimum of responses that are smoothed less and less, from the start on."""
-        x = self.start
+    def _from_smoothed(self, _: Fit) -> Iterator[Array]:
+        """Yield the minimum of responses that are smoothed less and less, from the start on."""
+        yield self._of_smoothed(self.start)
+
+    def _of_smoothed(self, x: Array) -> Array:
         for width in WIDTHS:
             x = self._minimum(x, partial(self._smoothed, width))
-        return [x]
+        return x
+
+    def _scanned(self, found: Fit) -> Iterator[Array]:
+        """Yield such minima from the best of many points within the prior, where the fit is certainly wrong."""
+        if not found.chi2 > WRONG:
+            return
+        rng = np.random.default_rng(0)
+        points = self.start + rng.uniform(-1, 1, (SCANNED, len(self.start))) / np.sqrt(self.prior)
+        order = np.argsort([self._smoothed_cost(x) for x in points])
+        for k in order[:MOST_SCANNED]:
+            yield self._of_smoothed(points[k])
+
+    def _smoothed_cost(self, x: Array) -> float:
+        """Return the mean |ln(G/H)|^2 of smoothed responses, infinite without equilibrium."""
+        try:
+            predicted = self.predictions.at(x, slopes=False)
+        except (InputError, np.linalg.LinAlgError):
+            return math.inf
+        total = 0.0
+        for line in self.lines:
+            kernel = self._kernel(WIDTHS[1], line)
+            G = predicted[line.test].responses[line.place].G[line.counted]
+            total += float(np.mean(np.abs(np.log((kernel @ G) / (kernel @ line.H))) ** 2))
+        return total if math.isfinite(total) else math.inf
 
     def _exchanged(self, fit: Fit) -> list[Array]:
         """Return starts in which two parameters have exchanged their values, as springs in a row may have.

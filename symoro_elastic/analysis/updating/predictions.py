@@ -21,6 +21,7 @@ from symoro_elastic.analysis.vibration.slopes import (
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
+from symoro_elastic.machine.described import drives_of
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.motion.inertia import refuse_singular
@@ -86,6 +87,19 @@ class Predictions:
             )
             raise InputError(motion.source, test.name, what)
         return linear
+
+    def doubts_at(self, x: Array) -> list[str]:
+        """Return what is left out of the machine in these tests: backlash, bristles of friction, drives that are on."""
+        values = dict(zip(self.sought.labels, np.exp(x).tolist(), strict=True))
+        motion = self.motion.at_values({name: values[name] for name in self.parameters})
+        found: dict[str, list[str]] = {}
+        driven = drives_of(self.sought.machine).by_motor
+        for test in self.tests:
+            free = [name for name in driven if name not in test.pd and name not in held_in(test, motion.motor_names)]
+            off = f"the drives of {', '.join(free)} are off: hold their motors, or give pd, where they were on"
+            for line in (*self.linear_at(motion, test, values).doubts, *([off] if free else [])):
+                found.setdefault(line, []).append(test.name)
+        return [f"{', '.join(names)}: {line}" for line, names in found.items()]
 
     def _of(
         self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float], slopes: bool

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 from symoro_elastic.analysis.updating import doubts
 from symoro_elastic.analysis.updating.estimator import Estimator, Fit, Lines, lines_of
@@ -162,11 +162,12 @@ def update(
         raise InputError(machine.label, "tests", f"{pairs}: zero in the model, so nothing is left to fit")
     step("fit")
     estimator = Estimator(predictions, lines, settings.robust)
-    fit = estimator.fit()
+    fit = estimator.fit(partial(doubts.refuse_wrong, fitted))
     after = predictions.at(fit.x, slopes=False)
     doubts.refuse_opposite(fitted, estimator.lines, after)
     lines_about = [*notes, *sought.notes, *doubts.of_zero_pairs(fitted, zero)]
-    lines_about += doubts.of_scale(fitted, estimator.lines, after)
+    lines_about += [*doubts.of_scale(fitted, estimator.lines, after), *doubts.of_lost_modes(fitted, after)]
+    lines_about += predictions.doubts_at(fit.x)
     bands = doubts.lacking(estimator.lines, fit)
     return Updated(
         machine, sought, fitted, tuple(test for test in tests if test.validate), settings, fit, tuple(estimator.lines),

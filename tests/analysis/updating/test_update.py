@@ -168,8 +168,68 @@ def test_a_wrong_sign_is_refused_by_its_name() -> None:
 
 
 def test_a_wrong_unit_is_named() -> None:
-    found = se.update(start(), changed(hammer(), "bed_lift.az", 1 / 9.80665))
-    assert any("bed_lift.az/tool.f" in line and " 9." in line and "g instead of m/s2" in line for line in found.notes)
+    with pytest.raises(
+        se.InputError, match=r"bed_lift.az/tool.f.: is 9.* times smaller than the model .*: its unit is w"
+    ):
+        se.update(start(), changed(hammer(), "bed_lift.az", 1 / 9.80665))
+    found = se.update(start(), changed(hammer(), "bed_lift.az", 1 / 20))
+    assert any("bed_lift.az/tool.f" in line and "times smaller" in line for line in found.notes)
+
+
+def test_modes_without_a_partner_are_named() -> None:
+    """Two modes that the lathe does not have, by number, and one whose shape is of none."""
+    case = replace(LATHE, tables=start())
+    modal = se.modes(case.tables, at=LATHE.positions[0], hold=["all"])
+    own = modal.poles[modal.poles.imag > 0]
+    f = np.append(np.sort(np.abs(own) / (2 * np.pi)), [900.0, 1100.0])
+    test = VibrationTest("modal", LATHE.positions[0], ("slide_z", "slide_x"), modes=MeasuredModes(f))
+    found = se.update(case.tables, [test])
+    (line,) = (line for line in found.notes if "partner" in line)
+    assert line.startswith("modal: 2 of 7 modes have no partner, and are left out: ") and "fewer modes" in line
+
+
+def test_a_mode_above_the_band_is_fitted_beside_the_model() -> None:
+    """The model alone leaves residuals over noise; with smooth terms chi2 is 1, and the result says so."""
+    found = se.update(start(), hammer(3, mode_at=1.3 * LATHE.band[1]))
+    assert found.fit.chi2 < 1.1 and found.fit.chi2_alone > 1.25 and 0.005 < found.fit.beside < 0.2
+    assert "with smooth terms beside it, up to" in found.verdict_on_model
+    plain = se.update(start(), hammer(3))
+    assert plain.fit.beside == 0.0 and plain.verdict_on_model.endswith("within their noise")
+    for label, x in errors(found, labels_of(LATHE.tables)).items():
+        std = next(one.relative for one in found.estimates if one.unknown.label == label)
+        assert abs(x) < 4 * std, label
+
+
+def test_few_averages_tell_a_noise_that_is_off_itself() -> None:
+    """Coherence from n records that were simulated: chi2 of the right model is below what is called noise."""
+    case, rng = (
+        replace(LATHE, outputs={"tool.fx": ["tool.ax", "tool.az"], "tool.fz": ["tool.az"]}),
+        np.random.default_rng(2),
+    )
+    f, G = np.geomspace(*case.band, case.lines), exact_responses(case)[0]
+    for n in (3, 6):
+        responses = []
+        for pair, g in zip(case.pairs, G.T, strict=True):
+            size = 0.02 * np.abs(g) + 0.02 * np.median(np.abs(g))
+            Y = g + size * (rng.normal(size=(n, len(f))) + 1j * rng.normal(size=(n, len(f))))
+            H = Y.mean(axis=0)
+            responses.append(updating.MeasuredResponse(*pair, f, H, np.abs(H) ** 2 / np.mean(np.abs(Y) ** 2, axis=0)))
+        test = VibrationTest("few", case.positions[0], tuple(case.hold), averages=n, responses=tuple(responses))
+        found = se.update(case.tables, [test])
+        assert 1.0 < found.fit.chi2 < found.fit.far and "within their noise" in found.verdict_on_model
+
+
+def test_what_a_test_leaves_out_of_the_machine_is_said() -> None:
+    """Bristles of friction, and drives of motors that are free in a test."""
+    tables = updating._tables("ball_screw", {"table": 4000.0})
+    tables["friction"] = {"table": {"coulomb": 300.0, "bristle": 1e7, "bristle_damping": 1e3}}
+    tables["drives"] = {"motor": {"Kv": 30.0, "Kp": 4.0}}
+    modal = se.modes(tables)
+    own = modal.poles[modal.poles.imag > 0]
+    test = VibrationTest("free", {}, modes=MeasuredModes(np.abs(own) / (2 * np.pi)))
+    found = se.update(tables, [test])
+    assert any(line.startswith("free: bristles of dry friction are left out: table") for line in found.notes)
+    assert any(line.startswith("free: the drives of motor are off: hold their motors") for line in found.notes)
 
 
 def test_cross_talk_is_named_and_left_out() -> None:
