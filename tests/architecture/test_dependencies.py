@@ -51,7 +51,7 @@ def test_a_package_has_one_bound() -> None:
 
 
 def test_extras_name_one_another() -> None:
-    assert names("identify") == names("analysis") == {"scipy", "matplotlib"}
+    assert names("identify") == names("analysis") == {"scipy", "matplotlib", "tomlkit"}
     users = set(EXTRAS) - OF_CONTRIBUTORS - {"all"}
     assert names("all") == set().union(*map(names, users))
     assert names("dev") < names("dev-all") and names("docs") | names("all") < names("dev-all")

@@ -19,7 +19,8 @@ LACKING = 3.0
 """Mean square of residuals in a band above which the model lacks something there."""
 OPPOSITE, MIRRORED = 2.5, 0.3
 """Median phase error, rad, of a pair whose sign is wrong; distance from the opposite that says so at once."""
-SCALED = math.log(3.0)
+SCALED, FAR_OFF = math.log(3.0), math.log(300.0)
+"""Logarithms of factors: above the first a size is said, above the second no fit is tried."""
 CROSS_TALK = 1e-3
 """Of the largest measured output of an input, above which a response that cannot be is said."""
 BANDS = 40
@@ -58,6 +59,14 @@ def refuse_wrong(tests: Sequence[VibrationTest], lines: Sequence[Lines], predict
             raise InputError(tests[line.test].name, _pair(line), f"{_times(factor)}: its unit is wrong, {unit}")
 
 
+def refuse_far(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> None:
+    """Raise `InputError` for pairs whose size is none that springs near those of the start can have."""
+    for line, factor in _scaled_pairs(lines, predicted):
+        if abs(math.log(factor)) > FAR_OFF:
+            what = f"{_times(factor)}: its unit is wrong, {_unit(factor, FAR_OFF / 4) or 'none that is usual'}"
+            raise InputError(tests[line.test].name, _pair(line), what)
+
+
 def of_scale(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> list[str]:
     """Return a line for each pair whose size differs from the model's by one factor over the whole band."""
     return [
@@ -81,10 +90,10 @@ def _times(factor: float) -> str:
     return f"is {max(factor, 1 / factor):.3g} times {side} than the model over its whole band"
 
 
-def _unit(factor: float) -> str:
-    """Return the mistake that a factor is of, nothing for any other factor."""
+def _unit(factor: float, within: float = 0.1) -> str:
+    """Return the mistake that a factor is of, within this logarithm; nothing for any other factor."""
     size = abs(math.log(factor))
-    return next((what for x, what in KNOWN_FACTORS.items() if abs(size - math.log(x)) < 0.1), "")
+    return next((what for x, what in KNOWN_FACTORS.items() if abs(size - math.log(x)) < within), "")
 
 
 def _pair(line: Lines) -> str:

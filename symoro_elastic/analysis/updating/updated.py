@@ -160,6 +160,7 @@ def update(
     if zero and not lines and not any(test.modes for test in fitted):
         pairs = ", ".join(f"{one.output}/{one.input}" for test in fitted for one in test.responses)
         raise InputError(machine.label, "tests", f"{pairs}: zero in the model, so nothing is left to fit")
+    doubts.refuse_far(fitted, lines, predictions.at(sought.start, slopes=False))
     step("fit")
     estimator = Estimator(predictions, lines, settings.robust)
     fit = estimator.fit(partial(doubts.refuse_wrong, fitted))

@@ -172,6 +172,8 @@ def test_a_wrong_unit_is_named() -> None:
         se.InputError, match=r"bed_lift.az/tool.f.: is 9.* times smaller than the model .*: its unit is w"
     ):
         se.update(start(), changed(hammer(), "bed_lift.az", 1 / 9.80665))
+    with pytest.raises(se.InputError, match=r"times smaller than the model .*: its unit is wrong, mm instead of m"):
+        se.update(start(), changed(hammer(), "bed_lift.az", 1e-3))
     found = se.update(start(), changed(hammer(), "bed_lift.az", 1 / 20))
     assert any("bed_lift.az/tool.f" in line and "times smaller" in line for line in found.notes)
 
