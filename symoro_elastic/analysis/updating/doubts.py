@@ -34,6 +34,17 @@ KNOWN_FACTORS = {
 }
 
 
+def refuse_copies(tests: Sequence[VibrationTest]) -> None:
+    """Raise `InputError` for a response that is in two tests with the same numbers: it would count twice."""
+    seen: dict[bytes, int] = {}
+    for t, test in enumerate(tests):
+        for one in test.responses:
+            first = seen.setdefault(one.H.tobytes(), t)
+            if first != t:
+                what = f"has the same numbers as a response of {tests[first].name}: keep one"
+                raise InputError(test.name, f"{one.output}/{one.input}", what)
+
+
 def refuse_opposite(
     tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted], nearest: float = math.inf
 ) -> None:
@@ -169,13 +180,9 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     if not fit.chi2 > fit.far:
         return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
     named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)
-    what = (
-        f"chi2 {fit.chi2:.3g}: the model lacks something {named or 'over the whole band'}: a body, a spring or a mode "
-    )
-    what += (
-        "that it has not, a right mass (--mass-doubt), or a start that is near enough (--factor); standard deviations "
-    )
-    what += "are lower bounds then"
+    what = f"chi2 {fit.chi2:.3g}: the model lacks something {named or 'over the whole band'}: "
+    what += "a body, a spring or a mode that it does not have, masses that are right (--mass-doubt), or a nearer start "
+    what += "(--factor); standard deviations are lower bounds then"
     low, high = (bands[0].low, bands[0].high) if bands else (0.0, 0.0)
     return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
 

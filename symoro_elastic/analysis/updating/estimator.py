@@ -120,6 +120,9 @@ def lines_of(
                 zero.append((t, k))
                 continue
             counted = np.abs(response.H) > 0
+            if not counted.any():
+                what = "is zero in every line, and its model is not: measure again, or leave the pair out"
+                raise InputError(test.name, f"{response.output}/{response.input}", what)
             for low, high in without:
                 counted &= (response.f < low) | (response.f > high)
             if not counted.any():

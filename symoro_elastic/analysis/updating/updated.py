@@ -153,6 +153,7 @@ def update(
         raise InputError(machine.label, "tests", "no test is left to fit: at least one without validate is needed")
     if not (math.isfinite(settings.factor) and settings.factor > 1):
         raise InputError(machine.label, "--factor", f"{settings.factor:g} is not a factor above 1")
+    doubts.refuse_copies(fitted)
     step("start")
     sought = sought_of(machine, fitted, settings.seek, settings.factor, settings.mass_doubt)
     predictions = Predictions(sought, fitted)

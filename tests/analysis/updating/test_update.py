@@ -178,6 +178,13 @@ def test_a_wrong_unit_is_named() -> None:
     assert any("bed_lift.az/tool.f" in line and "times smaller" in line for line in found.notes)
 
 
+def test_what_is_measured_twice_or_not_at_all_is_refused() -> None:
+    with pytest.raises(se.InputError, match=r"test 1: tool.ax/tool.fx: has the same numbers as a response of test 1"):
+        se.update(start(), [*hammer(), *hammer()])
+    with pytest.raises(se.InputError, match=r"saddle.ax/tool.fx: is zero in every line, and its model is not"):
+        se.update(start(), changed(hammer(), "saddle.ax", 0.0))
+
+
 def test_modes_without_a_partner_are_named() -> None:
     """Two modes that the lathe does not have, by number, and one whose shape is of none."""
     case = replace(LATHE, tables=start())
