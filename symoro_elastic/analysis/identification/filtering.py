@@ -3,7 +3,8 @@
 The way of practitioners (Gautier 1997; Janot, Vandanjon and Gautier 2014): positions through a zero-phase
 Butterworth filter well above the motion, central differences, then the same low-pass filter for both sides of
 tau = Y X: averages under a Hann window, one row for each third of it. Averaging both sides alike changes no
-parameter. The window ends, so samples where dry friction reverses can be left out of both sides exactly.
+parameter. The window ends, so samples where dry friction reverses can be left out of both sides exactly, and samples
+need not be even: positions are filtered on an even clock (`even_clock`), averages are of the samples that there are.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.analysis.identification.even_clock import clock_of
+from symoro_elastic.analysis.time_series.clocks import changed
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.analysis.time_series.resolution import density_of_staircase, resolution_of, staircase
 from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray
@@ -141,7 +144,8 @@ def default_filter(measured: Measurements, motors: Sequence[int] = (), bandwidth
 
 
 def _bandwidth(measured: Measurements, motors: Sequence[int]) -> float:
-    each = [bandwidth_of(measured.q[:, k], measured.period) for k in range(measured.q.shape[1])]
+    q = measured.q if measured.is_even else clock_of(measured.t, measured.period).evenly(measured.q)
+    each = [bandwidth_of(q[:, k], measured.period) for k in range(q.shape[1])]
     return max([sorted(each)[int(QUARTILE * len(each))], *(each[k] for k in motors)])
 
 
@@ -180,8 +184,15 @@ def differentiate(x: Array, period: float) -> tuple[Array, Array]:
     return first, second
 
 
-def smooth(x: Array, chosen: Filter) -> Array:
-    """Return x (N, ...) through the zero-phase Butterworth filter."""
+def smooth(x: Array, chosen: Filter, record: Measurements | None = None) -> Array:
+    """Return x (N, ...) through the zero-phase Butterworth filter, at the times of a record or even ones."""
+    if record is None or record.is_even:
+        return _butterworth(x, chosen)
+    clock = clock_of(record.t, 1 / chosen.sampling)
+    return clock.at_samples(_butterworth(clock.evenly(x), chosen))
+
+
+def _butterworth(x: Array, chosen: Filter) -> Array:
     signal = for_identification("scipy.signal")
     sections = signal.butter(chosen.order, chosen.cutoff, fs=chosen.sampling, output="sos")
     filtered: Array = signal.sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, 2 * chosen.trim))
@@ -245,15 +256,26 @@ def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
 
 def _derivatives(record: Measurements, chosen: Filter) -> tuple[Array, Array, Array]:
     """Return filtered q, qd, qdd, without the transients at both ends."""
-    trim = chosen.trim
+    if record.is_even:
+        return _even_derivatives(record, chosen, chosen.trim)
+    clock = clock_of(record.t, 1 / chosen.sampling)
+    lost = 2  # by differences
+    even = _even_derivatives(changed(record, clock.t, clock.evenly), chosen, lost)
+    cut = slice(chosen.trim, len(record.t) - chosen.trim)
+    q, qd, qdd = (clock.at_samples(np.pad(x, ((lost, lost), (0, 0)), mode="edge"))[cut] for x in even)
+    return q, qd, qdd
+
+
+def _even_derivatives(record: Measurements, chosen: Filter, trim: int) -> tuple[Array, Array, Array]:
+    """Return filtered q, qd, qdd of even samples but for `trim` at each end."""
     cut, inner = slice(trim, len(record.t) - trim), slice(trim - 2, len(record.t) - trim - 2)
-    q = smooth(record.q, chosen)
+    q = _butterworth(record.q, chosen)
     qd, qdd = (x[inner] for x in differentiate(q, record.period))
     if record.qd is not None:
-        measured = smooth(record.qd, chosen)
+        measured = _butterworth(record.qd, chosen)
         qd, qdd = measured[cut], differentiate(measured, record.period)[0][inner]
     if record.qdd is not None:
-        qdd = smooth(record.qdd, chosen)[cut]
+        qdd = _butterworth(record.qdd, chosen)[cut]
     return q[cut], qd, qdd
 
 
@@ -270,9 +292,9 @@ def noises_like(
     Where the staircase of an encoder is most of the noise they are `count` ones of other zeros along the same motion;
     with `zeros` their errors contain those of the zeros, at most half a step.
     """
-    smoothed, carriers = smooth(record.q, chosen), _carriers(chosen)
+    smoothed, carriers = smooth(record.q, chosen, record), _carriers(chosen)
     joints = range(record.q.shape[1])
-    stairs = {k: _staircases(record.q[:, k], smoothed[:, k], k, chosen, count, zeros) for k in joints}
+    stairs = {k: _staircases(record, k, smoothed[:, k], chosen, count, zeros) for k in joints}
     stairs = {k: errors for k, errors in stairs.items() if errors}
     if not stairs:
         return [_derivatives(_modulated(record, chosen, share), chosen) for share in carriers], ()
@@ -291,20 +313,23 @@ def _silent(record: Measurements) -> Measurements:
     return replace(record, q=np.zeros_like(record.q), qd=qd, qdd=qdd)
 
 
-def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter, count: int, zeros: bool) -> list[Array]:
+def _staircases(
+    record: Measurements, joint: int, smoothed: Array, chosen: Filter, count: int, zeros: bool
+) -> list[Array]:
     """Return errors of an encoder of the same steps and other zeros; none where there is more noise than its staircase.
 
     Little noise beside makes them as much larger.
     """
+    q = record.q[:, joint]
     step = resolution_of(q)
     if not step:
         return []
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(joint)
     phases = (rng.permutation(count) + rng.uniform()) / count
     errors = [staircase(smoothed, step, phase) for phase in phases]
     cut = slice(chosen.trim, len(q) - chosen.trim)
     seen = float((q - smoothed)[cut].var())
-    alone = float(np.mean([(error - smooth(error, chosen))[cut].var() for error in errors]))
+    alone = float(np.mean([(error - smooth(error, chosen, record))[cut].var() for error in errors]))
     if not alone or seen > MOST_BESIDE * alone:
         return []
     larger, zero = np.sqrt(max(seen / alone, 1.0)), step * (phases - np.round(phases)) * zeros
@@ -314,8 +339,11 @@ def _staircases(q: Array, smoothed: Array, seed: int, chosen: Filter, count: int
 def _modulated(record: Measurements, chosen: Filter, share: float) -> Measurements:
     """Return the record modulated by a share of the sampling frequency, started and ended smoothly.
 
-    The motion leaves the filter's band, and noise of the same density takes its place.
+    The motion leaves the filter's band, and noise of the same density takes its place. Where sampling is uneven
+    modulation would smear the motion over all frequencies, so what the filter passes is taken away before.
     """
+    if not record.is_even:
+        record = changed(record, record.t, lambda x: x - smooth(x, chosen, record))
     k = np.arange(len(record.t))
     ramp = np.minimum(1.0, 2 * np.minimum(k, k[::-1]) / chosen.trim)
     carrier = (np.sqrt(2) * np.cos(2 * np.pi * share * k + np.pi / 4) * np.sin(np.pi / 2 * ramp) ** 2)[:, None]
@@ -324,7 +352,7 @@ def _modulated(record: Measurements, chosen: Filter, share: float) -> Measuremen
 
 
 def as_measured(measured: Measurements) -> FilteredMotion:
-    """Return measurements without filter; velocities and accelerations are differences where not measured."""
+    """Return even measurements without filter; velocities and accelerations are differences where not measured."""
     velocity, acceleration = differentiate(measured.q, measured.period)
     inner = slice(2, len(measured.q) - 2)
     velocity = velocity if measured.qd is None else measured.qd[inner]

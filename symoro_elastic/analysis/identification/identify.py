@@ -30,7 +30,6 @@ from symoro_elastic.analysis.identification.filtering import (
     FilteredMotion,
     as_measured,
     average,
-    default_filter,
     filtered_motion,
     moving,
     noises_like,
@@ -40,6 +39,7 @@ from symoro_elastic.analysis.identification.filtering import (
 from symoro_elastic.analysis.identification.friction_laws import ROUNDS, FrictionLaws, groups_of, refuse_laws
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
+from symoro_elastic.analysis.identification.pieces import filter_of, in_pieces
 from symoro_elastic.analysis.identification.possible import FLOOR, Data, Linear, Possible, made_possible
 from symoro_elastic.analysis.identification.regression import (
     Regressor,
@@ -148,8 +148,9 @@ class Sampled:
     def torques(self, delay: float) -> tuple[Array, Array]:
         """Return torques of motors (N, m) so much later than positions, and their slopes."""
         record, at = self.record, self.motion.t + delay
-        smoothed = smooth(record.tau, self.chosen) if self.chosen else record.tau
-        slopes = np.gradient(smoothed, record.period, axis=0) if smoothed.size else smoothed
+        smoothed = smooth(record.tau, self.chosen, record) if self.chosen else record.tau
+        step = record.period if record.is_even else record.t
+        slopes = np.gradient(smoothed, step, axis=0) if smoothed.size else smoothed
         late, slope = (np.array([np.interp(at, record.t, x) for x in y.T]).T for y in (record.tau, slopes))
         shape = (len(at), record.tau.shape[1])
         return late.reshape(shape), slope.reshape(shape)
@@ -314,16 +315,18 @@ def identify(
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
-    chosen = _filter(records, _driven(machine), bandwidth) if filtered else None
-    records = [without_spikes(record, chosen, machine) for record in records] if chosen else records
+    chosen = filter_of(records, _driven(machine), bandwidth) if filtered else None
+    parted = [in_pieces(record, chosen) for record in records]
+    if chosen:
+        parted = [[without_spikes(piece, chosen, machine) for piece in pieces] for pieces in parted]
     step("trace")
     Y = Y or regressor(machine, values)
     fixed = _known(Y.columns, known or {}, machine)
     step("group")
     equations = _grouped(machine, Y, fixed)
-    _refuse_amount(records, chosen, len(equations.kept), trust is not None)
+    _refuse_amount([x for pieces in parted for x in pieces], chosen, len(equations.kept), trust is not None)
     step("stack")
-    stack = _Stack(equations, records, chosen, laws or FrictionLaws())
+    stack = _Stack(equations, parted, chosen, laws or FrictionLaws())
     _refuse_zero_torques(stack.columns.torques(0.0)[0], records[0].source)
     step("solve")
     sensors, estimation, tau, found = stack.estimated(offsets, delay, trust)
@@ -337,13 +340,15 @@ def identify(
 
 
 class _Stack:
-    """Rows of several records, and what is estimated from them."""
+    """Rows of the pieces of several records, and what is estimated from them."""
 
     def __init__(
-        self, equations: Equations, records: Sequence[Measurements], chosen: Filter | None, laws: FrictionLaws
+        self, equations: Equations, parted: Sequence[Sequence[Measurements]], chosen: Filter | None, laws: FrictionLaws
     ) -> None:
         refuse_laws(equations.machine, laws)
-        self._equations, self._source, self.laws = equations, records[0].source, replace(laws, records=len(records))
+        records = [piece for pieces in parted for piece in pieces]
+        self._numbers = [k for k, pieces in enumerate(parted) for _ in pieces]
+        self._equations, self._source, self.laws = equations, records[0].source, replace(laws, records=len(parted))
         self.sampled = [equations.sampled(record, chosen) for record in records]
         rows = [equations.rows(sampled) for sampled in self.sampled]
         self.t = np.concatenate([x.t for x in rows])
@@ -366,7 +371,8 @@ class _Stack:
         first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]
         notes = [line for x in self.sampled for line in x.record.warnings]
         notes += [*(first.chosen.described() if first.chosen else ()), *of_columns, *self._said]
-        return notes + [line for x in self.sampled for line in of_encoders(x.record, x.motion, x.chosen, names)]
+        longest = dict(sorted(zip(self._numbers, self.sampled, strict=True), key=_samples)).values()
+        return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
 
     def _is_short(self, parameters: int) -> bool:
         """Return whether rows are too few for least squares alone."""
@@ -376,7 +382,7 @@ class _Stack:
         """Return averages of the columns of the laws of friction, (rows, n, k)."""
         Y, linear = self._equations.Y, self._equations.linear
         found = []
-        for k, x in enumerate(self.sampled):
+        for k, x in zip(self._numbers, self.sampled, strict=True):
             columns = self.laws.columns(Y, linear, x.motion.part(slice(None)), k)
             averages = [x.averages(columns[:, :, c]) for c in range(columns.shape[2])]
             found.append(np.stack(averages, axis=2) if averages else np.zeros((*x.scale.shape, 0)))
@@ -470,6 +476,11 @@ def _draws(equations: Equations, records: Sequence[Sampled]) -> Draws:
     return drawn
 
 
+def _samples(numbered: tuple[int, Sampled]) -> tuple[int, int]:
+    """Return the number of a record, and how many samples a piece of it has."""
+    return numbered[0], len(numbered[1].motion.t)
+
+
 def _used(Y: Array) -> int:
     """Return how many rows are not zero."""
     return int((np.abs(Y).max(axis=2, initial=0.0) > 0).sum())
@@ -504,11 +515,6 @@ def _springs(estimation: Estimation, Y: Array, count: int) -> Array:
     own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < count]
     kept = [(k, c) for k, c in own if estimation.estimates[c].unknown.quantity in ("K", "DA", "KQ")]
     return Y[:, :, [c for _, c in kept]] @ estimation.solution.X[[k for k, _ in kept]]
-
-
-def _filter(records: Sequence[Measurements], motors: Sequence[int], bandwidth: float | None) -> Filter:
-    """Return the filter of the record with the fastest motion, used for all."""
-    return max((default_filter(record, motors, bandwidth) for record in records), key=lambda chosen: chosen.motion)
 
 
 def _driven(machine: Machine) -> list[int]:

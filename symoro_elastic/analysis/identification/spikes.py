@@ -47,7 +47,7 @@ def without_spikes(record: Measurements, chosen: Filter, machine: Machine) -> Me
     for name, (title, named) in {**blocks, "tau": ("torque", motors)}.items():
         before = getattr(record, name)
         if before is not None and before.shape[1]:
-            changed[name], said = _repaired(before, record.t, chosen, title, named)
+            changed[name], said = _repaired(before, record, chosen, title, named)
             lines += said
     return replace(record, **changed, warnings=(*record.warnings, *lines)) if lines else record
 
@@ -69,9 +69,11 @@ def _deviation(x: Array) -> float:
     return float(np.quantile(np.abs(x), QUIET)) / NormalDist().inv_cdf((1 + QUIET) / 2)
 
 
-def _repaired(x: Array, t: Array, chosen: Filter, title: str, joints: Sequence[Joint]) -> tuple[Array, list[str]]:
+def _repaired(
+    x: Array, record: Measurements, chosen: Filter, title: str, joints: Sequence[Joint]
+) -> tuple[Array, list[str]]:
     """Return the columns of a block (N, k) without spikes, and a line for each that had some."""
-    slow, repaired, lines = smooth(x, chosen), x.copy(), []
+    slow, repaired, lines, t = smooth(x, chosen, record), x.copy(), [], record.t
     for k, joint in enumerate(joints):
         found = spikes_of(x[:, k], slow[:, k])
         if not (count := int(found.spikes.sum())):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.filtering import Filter, default_filter, smooth
+from symoro_elastic.analysis.identification.filtering import Filter, smooth
 from symoro_elastic.analysis.identification.identify import Identification, Sampled
+from symoro_elastic.analysis.identification.pieces import filter_of, in_pieces
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -45,21 +45,32 @@ def own_fit(result: Identification) -> Fit:
 
 def validation_of(result: Identification, record: Measurements) -> Fit:
     """Return how well the estimates explain another record. Raises `InputError` where it is too short."""
-    sampled = result.equations.sampled(record, _same_filter(result, record))
-    rows = result.equations.rows(sampled)
-    if not len(rows.t):
+    chosen = _same_filter(result, record)
+    each = [result.equations.sampled(piece, chosen) for piece in in_pieces(record, chosen)]
+    tau, residual = (np.concatenate(x) for x in zip(*(_of_averages(result, one) for one in each), strict=True))
+    if not len(tau):
         raise InputError(record.source, "t", "too short to validate anything: give a longer record")
+    averaged = _fit(result.machine, tau, residual, record.source)
+    samples = [np.concatenate(x) for x in zip(*(_of_samples(result, one) for one in each), strict=True)]
+    counted, *both = samples
+    found = 100 * counted.mean(axis=0), _percent(*both[:2]), _percent(*both[2:])
+    places = {joint.name: k for k, joint in enumerate(result.machine.independent_joints)}
+    by_joint = [{name: float(x[places[name]]) for name in averaged.residual} for x in found]
+    return replace(averaged, counted=by_joint[0], sample_percent=by_joint[1], band_percent=by_joint[2])
+
+
+def _of_averages(result: Identification, sampled: Sampled) -> tuple[Array, Array]:
+    """Return averages of torques that the sought parameters explain, and what is left of them, (rows, n)."""
+    rows = result.equations.rows(sampled)
     tau = result.equations.torques(sampled, result.delay)[0] - rows.given
     of_laws = _of_laws(result, sampled.motion.part(slice(None)))
     averages = [sampled.averages(of_laws[:, :, c]) for c in range(of_laws.shape[2])]
     Y = np.concatenate([rows.Y, *(x[:, :, None] for x in averages)], axis=2)
-    averaged = _fit(result.machine, tau, tau - _predicted(result, Y, rows.offsets), record.source)
-    counted, percent, in_band = _by_samples(result, sampled, list(averaged.residual))
-    return replace(averaged, counted=counted, sample_percent=percent, band_percent=in_band)
+    return tau, tau - _predicted(result, Y, rows.offsets)
 
 
-def _by_samples(result: Identification, sampled: Sampled, joints: Sequence[str]) -> list[dict[str, float]]:
-    """Return by joint in per cent the share of samples that counted, the residual of every sample, and in the band."""
+def _of_samples(result: Identification, sampled: Sampled) -> tuple[Array, ...]:
+    """Return which samples counted, residuals and torques of every sample, and both in the band, (N, n)."""
     motion, equations = sampled.motion, result.equations
     late = equations.Y.joint_torques(motion.q, sampled.torques(result.delay)[0])
     residual, torque = np.zeros_like(late), np.zeros_like(late)
@@ -71,11 +82,9 @@ def _by_samples(result: Identification, sampled: Sampled, joints: Sequence[str])
         Y = [equations.Y.evaluate(q, qd, qdd, equations.kept), _of_laws(result, (q, qd, qdd))]
         predicted = _predicted(result, np.concatenate(Y, axis=2), offsets)
         residual[piece] = torque[piece] - predicted
-    chosen = sampled.chosen
-    slow = [residual, torque] if chosen is None else [smooth(x, chosen) for x in (residual, torque)]
-    found = 100 * sampled.counted.mean(axis=0), _percent(residual, torque), _percent(*slow)
-    places = {joint.name: k for k, joint in enumerate(result.machine.independent_joints)}
-    return [{name: float(x[places[name]]) for name in joints} for x in found]
+    chosen, record = sampled.chosen, replace(sampled.record, t=motion.t)
+    slow = [residual, torque] if chosen is None else [smooth(x, chosen, record) for x in (residual, torque)]
+    return sampled.counted, residual, torque, *slow
 
 
 def _percent(residual: Array, torque: Array) -> Array:
@@ -102,7 +111,7 @@ def _same_filter(result: Identification, record: Measurements) -> Filter | None:
     """Return the filter of the identification at the sampling frequency of a record."""
     if result.filter is None:
         return None
-    return default_filter(record, bandwidth=result.filter.motion)
+    return filter_of([record], (), result.filter.motion)
 
 
 def _fit(machine: Machine, tau: Array, residuals: Array, source: str) -> Fit:

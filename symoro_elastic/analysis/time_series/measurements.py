@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ FEWEST = 50  # samples
 LONGEST_SLIDE = 10.0  # m
 MOST_TURNS = 20.0
 UNEVEN = 0.1  # of a sampling period
+SLOWEST = 0.5  # s
 SLOPE_RATIO = 3.0
 MEASURED_QUANTITIES = ("t", "q", "qd", "qdd", "tau")
 
@@ -42,32 +44,42 @@ class Measurements:
     source: str = "measurements"
     warnings: tuple[str, ...] = ()
 
+    @cached_property
+    def is_even(self) -> bool:
+        """Whether no sample is further than a tenth of a step off an even clock."""
+        even = self.t[0] + self._mean_step * np.arange(len(self.t))
+        return bool(np.abs(self.t - even).max() <= UNEVEN * self._mean_step)
+
     @property
     def period(self) -> float:
-        """Sampling period, s."""
+        """Sampling period, s; the usual one where sampling is uneven."""
+        return self._mean_step if self.is_even else float(np.median(np.diff(self.t)))
+
+    @property
+    def _mean_step(self) -> float:
         return float((self.t[-1] - self.t[0]) / (len(self.t) - 1))
 
 
-def read_measurements(
-    path: str | Path, machine: Machine, prepare: Callable[[Measurements, Machine], Measurements] | None = None
-) -> Measurements:
-    """Read a .csv or .npz file of measurements of a machine; `prepare` makes the record ready before it is checked.
+Prepare = Callable[[Measurements, Machine], Measurements]
+"""Makes a record ready before it is checked."""
+
+
+def read_measurements(path: str | Path, machine: Machine, prepare: Prepare | None = None) -> Measurements:
+    """Read a .csv or .npz file of measurements of a machine; with `prepare` sampling may be uneven, and cells empty.
 
     Raises `InputError` naming file and column: columns that are missing, unknown or double, cells that are no
     numbers, time that does not increase or has gaps, NaN, too few samples, lengths that are probably mm.
     """
-    return measurements_of(read_columns(path, machine), machine, str(path), prepare)
+    return measurements_of(read_columns(path, machine, prepare is not None), machine, str(path), prepare)
 
 
 def measurements_of(
-    columns: Mapping[str, Array],
-    machine: Machine,
-    source: str,
-    prepare: Callable[[Measurements, Machine], Measurements] | None = None,
+    columns: Mapping[str, Array], machine: Machine, source: str, prepare: Prepare | None = None
 ) -> Measurements:
     """Return measurements from columns by header, as `read_measurements` gives those of a file."""
     record = from_columns(columns, machine, source)
-    return check(prepare(record, machine) if prepare else record, machine, with_units(columns))
+    record = prepare(record, machine) if prepare else record
+    return check(record, machine, with_units(columns), must_be_even=prepare is None)
 
 
 def from_columns(columns: Mapping[str, Array], machine: Machine, source: str) -> Measurements:
@@ -100,10 +112,12 @@ def _following(named: Iterable[tuple[str, str]], machine: Machine) -> list[str]:
     return [f"column {header} is skipped: the joint follows others" for header in following]
 
 
-def check(measured: Measurements, machine: Machine, trusted: frozenset[str] = frozenset()) -> Measurements:
+def check(
+    measured: Measurements, machine: Machine, trusted: frozenset[str] = frozenset(), must_be_even: bool = True
+) -> Measurements:
     """Return the measurements with warnings; raises `InputError` for those unfit for identification.
 
-    Columns named in `trusted` are taken to be in their unit.
+    Columns named in `trusted` are taken to be in their unit. Unless sampling `must_be_even` it may have gaps.
     """
     joints = machine.independent_joints
     motors = machine.motor_joints
@@ -111,7 +125,9 @@ def check(measured: Measurements, machine: Machine, trusted: frozenset[str] = fr
     if len(measured.t) < FEWEST:
         what = f"{len(measured.t)} samples are too few: give at least {FEWEST}, and some seconds of motion"
         raise InputError(measured.source, "t", what)
-    _check_time(measured)
+    if must_be_even:
+        _check_time(measured)
+    _check_rate(measured)
     warnings = [*measured.warnings]
     for k, joint in enumerate(joints):
         warnings += _check_range(measured, k, joint, f"q_{joint.name}" in trusted)
@@ -198,7 +214,10 @@ def _check_time(measured: Measurements) -> None:
     if abs(measured.t[worst] - even[worst]) > UNEVEN * measured.period:
         what = f"uneven sampling: sample {worst + 1} is {measured.t[worst] - even[worst]:.3g} s off an even clock of"
         raise InputError(measured.source, "t", f"{what} {measured.period:.6g} s; resample it (identify --resample)")
-    if measured.period >= 0.5:
+
+
+def _check_rate(measured: Measurements) -> None:
+    if measured.period >= SLOWEST:
         what = f"one sample every {measured.period:g} s is too slow for dynamics: if t is in ms, call the column t [ms]"
         raise InputError(measured.source, "t", what)
 
@@ -223,7 +242,7 @@ def _check_slopes(record: Measurements, k: int, joint: Joint) -> None:
     """Raise `InputError` for velocities in another unit than positions."""
     if record.qd is None:
         return
-    slope, measured = np.gradient(record.q[:, k], record.period), record.qd[:, k]
+    slope, measured = np.gradient(record.q[:, k], record.t), record.qd[:, k]
     power = float(slope @ slope)
     if power == 0.0 or float(np.std(measured)) == 0.0:
         return

@@ -37,12 +37,15 @@ POWER, ENERGY = "power_", "energy_"
 _BLOCK = re.compile("[qy]d*|tau")
 
 
-def read_columns(path: str | Path, machine: Machine) -> Columns:
-    """Return the columns of a .csv or .npz file by header, as they are. Raises `InputError`."""
+def read_columns(path: str | Path, machine: Machine, may_be_empty: bool = False) -> Columns:
+    """Return the columns of a .csv or .npz file by header, as they are; cells that `may_be_empty` are NaN.
+
+    Raises `InputError`.
+    """
     joints = [joint.name for joint in machine.independent_joints]
     motors = [joint.name for joint in machine.motor_joints]
     columns: Columns = {}
-    for name, array in read_arrays(path).items():
+    for name, array in read_arrays(path, may_be_empty).items():
         names = joints if name.startswith("q") else motors
         if _BLOCK.fullmatch(name) and array.ndim == 2:
             if array.shape[1] != len(names):

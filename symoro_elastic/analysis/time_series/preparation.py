@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.time_series.measurements import Measurements, refuse_unsorted
+from symoro_elastic.analysis.time_series.clocks import changed, taken, tidied
+from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.analysis.time_series.resolution import resolution_of
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES, refuse_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean
 
-LONGEST_GAP = 10.0  # of the usual step, that is interpolated
+LONGEST_GAP = 10.0  # of the usual step, that is interpolated where samples are made anew
 FEW_STEPS = 10.0  # of an encoder, crossed from one sample to the next
 FASTER = 1.01  # than measured
 
@@ -52,7 +53,8 @@ class Preparation:
     def __call__(self, record: Measurements, machine: Machine) -> Measurements:
         """Return the record made ready. Raises `InputError`."""
         gains = [self.gains.get(joint.name, 1.0) for joint in machine.motor_joints]
-        return self._sampled(self._cut(replace(record, tau=record.tau * np.array(gains))), machine)
+        cut = self._cut(replace(record, tau=record.tau * np.array(gains)))
+        return self._sampled(tidied(cut, machine), machine)
 
     def _cut(self, record: Measurements) -> Measurements:
         t = record.t
@@ -63,13 +65,13 @@ class Preparation:
         if not inside.any():
             what = f"the record has {t.min():g} to {t.max():g} s: --after and --before leave nothing of it"
             raise InputError(record.source, "t", what)
-        return _each(record, t[inside], lambda x: x[inside])
+        return taken(record, inside)
 
     def _sampled(self, record: Measurements, machine: Machine) -> Measurements:
         if self.rate is None:
             return record
-        refuse_unsorted(record)
-        usual = _usual_step(record)
+        steps = np.diff(record.t)
+        usual = float(np.median(steps)) if len(steps) else 0.0
         duration = float(record.t[-1]) - float(record.t[0])
         if duration * self.rate > MOST_SAMPLES:
             what = f"{self.rate:g} Hz makes {duration * self.rate:.2g} samples, {MOST_SAMPLES:.0e} is the limit"
@@ -81,7 +83,8 @@ class Preparation:
         wide = 1 / self.rate if usual * self.rate < 1 else 0.0
         count = int(max(duration - wide, 0.0) * self.rate * (1 + 1e-12) + 1e-9) + 1
         t = float(record.t[0]) + wide / 2 + np.arange(count) / self.rate
-        done = _each(record, t, lambda x: _resampled(record.t, x, t, wide))
+        t = t[~_in_gaps(record.t, t, LONGEST_GAP * usual, wide)]
+        done = changed(record, t, lambda x: _resampled(record.t, x, t, wide))
         return replace(done, warnings=(*record.warnings, *self._faster(usual), *_coarse(record, machine)))
 
     def _faster(self, usual: float) -> list[str]:
@@ -106,21 +109,12 @@ def _coarse(record: Measurements, machine: Machine) -> list[str]:
     ]
 
 
-def _usual_step(record: Measurements) -> float:
-    """Return the median of the steps of time; raise `InputError` for gaps too long to be filled."""
-    steps = np.diff(record.t)
-    usual = float(np.median(steps)) if len(steps) else 0.0
-    if len(steps) and float(steps.max()) > LONGEST_GAP * usual:
-        k = int(np.argmax(steps))
-        what = f"gap of {steps[k]:g} s after {record.t[k]:g} s, usually {usual:g} s: cut the record there"
-        raise InputError(record.source, "t", what)
-    return usual
-
-
-def _each(record: Measurements, t: Array, change: Callable[[Array], Array]) -> Measurements:
-    """Return the record with a change of every block."""
-    qd, qdd = (None if x is None else change(x) for x in (record.qd, record.qdd))
-    return replace(record, t=t, q=change(record.q), tau=change(record.tau), qd=qd, qdd=qdd)
+def _in_gaps(old: Array, new: Array, longest: float, wide: float) -> BoolArray:
+    """Return which new times, or means over `wide` s about them, are in steps too long to be interpolated."""
+    inside, margin = np.zeros(len(new), dtype=bool), 1e-6 * longest
+    for k in np.flatnonzero(np.diff(old) > longest):
+        inside |= (new + wide / 2 > old[k] + margin) & (new - wide / 2 < old[k + 1] - margin)
+    return inside
 
 
 def _resampled(old: Array, x: Array, new: Array, wide: float) -> Array:

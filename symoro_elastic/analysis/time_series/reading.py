@@ -45,24 +45,28 @@ DAMAGED = (
 )  # fmt: skip
 
 
-def read_arrays(path: str | Path) -> Columns:
-    """Return the columns of a .csv file, or the arrays of a .npz file, by name. Raises `InputError`."""
-    return read_arrays_of(path, NUMBERS)
+def read_arrays(path: str | Path, may_be_empty: bool = False) -> Columns:
+    """Return the columns of a .csv file, or the arrays of a .npz file, by name; cells that `may_be_empty` are NaN.
+
+    Raises `InputError`.
+    """
+    return read_arrays_of(path, NUMBERS, may_be_empty)
 
 
-def read_arrays_of(path: str | Path, kinds: str) -> dict[str, Any]:
+def read_arrays_of(path: str | Path, kinds: str, may_be_empty: bool = False) -> dict[str, Any]:
     """Return columns and arrays as `read_arrays` does, those of a .npz file of these kinds of dtype.
 
     Complex ones and texts among them are as they are, of up to three axes.
     """
     path = Path(path)
     with read_as(FileKind.TABLE, path):
-        return _read(path, kinds)
+        return _read(path, kinds, may_be_empty)
 
 
-def _read(path: Path, kinds: str) -> Columns:
+def _read(path: Path, kinds: str, may_be_empty: bool) -> Columns:
     readers: dict[str, Callable[[Path, BinaryIO], Columns]]
-    readers = {".npz": partial(_read_npz, kinds=kinds), ".csv": _read_csv, ".txt": _read_csv}
+    read_text = partial(_read_csv, may_be_empty=may_be_empty)
+    readers = {".npz": partial(_read_npz, kinds=kinds), ".csv": read_text, ".txt": read_text}
     if path.suffix.lower() not in readers:
         raise InputError(str(path), "file name", "motions and measurements are .csv or .npz files")
     with open_file(path) as file:
@@ -93,14 +97,14 @@ def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
 # CSV
 
 
-def _read_csv(path: Path, file: BinaryIO) -> Columns:
+def _read_csv(path: Path, file: BinaryIO, may_be_empty: bool) -> Columns:
     try:
         (rows, has_commas), decimals = _rows(path, file), Decimals()
         header = _header(path, *next(rows, (1, [])))
         numbers = array("d")
         for line, row in rows:
             cells = row if has_commas else _with_points(path, line, row, decimals)
-            numbers.extend(_numbers(path, line, cells, header))
+            numbers.extend(_numbers(path, line, cells, header, may_be_empty))
             _refuse_size(path, f"line {line}", len(numbers) // len(header), len(numbers))
     except (UnicodeDecodeError, csv.Error):
         raise _error(path, "cannot be read: is not text of comma-separated columns in UTF-8") from None
@@ -169,7 +173,7 @@ def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
     return header
 
 
-def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -> list[float]:
+def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str], may_be_empty: bool) -> list[float]:
     if len(row) != len(header):
         raise _error(path, f"has {len(row)} cells, the header has {len(header)}", f"line {line}")
     try:
@@ -178,6 +182,8 @@ def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str]) -
             return numbers
     except ValueError:
         pass
+    if may_be_empty:
+        row = [cell if cell.strip() else "nan" for cell in row]
     for name, cell in zip(header, row, strict=True):
         if not NUMBER.fullmatch(cell.strip(" \t")):
             what = f"{cell.strip()[:30]!r} is not a number" if cell.strip() else "is empty: a gap in the data"

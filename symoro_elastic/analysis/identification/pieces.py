@@ -1,0 +1,77 @@
+"""Records with gaps: pieces in which samples follow each other, and the filter that all of them share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.filtering import Filter, default_filter
+from symoro_elastic.analysis.time_series.clocks import GAP, missing_samples, pieces
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.errors import InputError
+
+BRIDGED = 0.1  # of the window of averages: longer gaps split a record
+BEFORE_FILTER = 10.0  # usual steps: gaps that split a record before its filter is known
+LONG = 0.5  # of the longest piece: those whose bandwidth counts
+SAME_RATE = 0.02  # of the sampling frequency
+
+
+def filter_of(records: Sequence[Measurements], motors: Sequence[int], bandwidth: float | None) -> Filter:
+    """Return the filter of the fastest motion, used for all records.
+
+    Raises `InputError` for records at different sampling frequencies.
+    """
+    first = records[0]
+    for record in records:
+        if abs(record.period / first.period - 1) > SAME_RATE:
+            rates = f"{1 / first.period:.6g} Hz in {first.source}, {1 / record.period:.6g} Hz in {record.source}"
+            what = f"records are sampled at {rates}: make them alike"
+            raise InputError(
+                record.source, "t", f"{what}, with --resample {min(1 / first.period, 1 / record.period):.4g}"
+            )
+    parts = [pieces(record, BEFORE_FILTER) for record in records]
+    long = [x for some in parts for x in some if len(x.t) >= LONG * max(len(other.t) for other in some)]
+    return max((default_filter(piece, motors, bandwidth) for piece in long), key=lambda chosen: chosen.motion)
+
+
+def in_pieces(record: Measurements, chosen: Filter | None) -> list[Measurements]:
+    """Return the pieces of a record that are long enough for an average, with a line on gaps and what is used.
+
+    Gaps of up to a tenth of the window are bridged: positions there are interpolated for the filter. Raises
+    `InputError` where no piece is long enough.
+    """
+    if record.is_even:
+        return [record]
+    longest = max(GAP, BRIDGED * chosen.window + 1) if chosen else GAP
+    every = pieces(record, longest)
+    least = 2 * chosen.trim + chosen.window if chosen else 5
+    kept = [piece for piece in every if len(piece.t) >= least]
+    gaps = f"{len(every) - 1} gaps" if len(every) != 2 else "1 gap"
+    if not kept:
+        what = f"{gaps} leave no piece of {least * record.period:.3g} s, which filters of this motion need"
+        raise InputError(record.source, "t", f"{what}: measure again, or give a higher --bandwidth")
+    first = replace(kept[0], warnings=(*record.warnings, *_said(record, every, kept, gaps)))
+    return [first, *kept[1:]]
+
+
+def _said(record: Measurements, every: Sequence[Measurements], kept: Sequence[Measurements], gaps: str) -> list[str]:
+    """Return lines on gaps, and on the steps of uneven sampling."""
+    lines = []
+    share = 100 * sum(float(np.ptp(piece.t)) for piece in kept) / float(np.ptp(record.t))
+    if len(every) > 1:
+        number = f"{len(kept)} pieces" if len(kept) > 1 else "1 piece"
+        lines.append(f"{record.source}: {gaps}, {number}, {share:.3g} % of the record used")
+    short = sum(int(missing_samples(piece).sum()) for piece in kept)
+    if short:
+        what = "positions are interpolated there, torques are not"
+        lines.append(f"{record.source}: {short} short gaps are bridged: {what}")
+    steps = 1e3 * np.concatenate([np.diff(piece.t)[~missing_samples(piece)] for piece in kept])
+    low, high = np.quantile(steps, (0.01, 0.99)).tolist()
+    if high - low > 0.1 * 1e3 * record.period:
+        what = f"sampling is uneven, steps of {low:.3g} to {high:.3g} ms"
+        lines.append(
+            f"{record.source}: {what}: positions are filtered on an even clock, torques count at their own times"
+        )
+    return lines

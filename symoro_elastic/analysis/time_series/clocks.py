@@ -1,0 +1,139 @@
+"""Clocks of records as controllers log them: damaged and repeated rows, stamps that scatter, gaps.
+
+Nothing is invented. Rows are left out, a record is split where samples are missing, and times are changed only where
+positions show that samples are even although their stamps are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from symoro_elastic.analysis.time_series.measurements import Measurements, refuse_unsorted
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.machine import Machine
+
+MOST_DAMAGED = 0.5  # of the samples
+GAP = 1.9  # usual steps: a sample is missing
+MOST_SCATTER = 1.5  # usual steps, and those that one stamp stands for, that stamps are off an even clock
+SMOOTHER = 0.5  # roughness of positions by an even clock over that by stamps
+
+
+def tidied(record: Measurements, machine: Machine) -> Measurements:
+    """Return the record without damaged and repeated rows, at times of its samples, with a line for each change.
+
+    Raises `InputError` for time that goes back or stands still, and columns that are hardly ever numbers.
+    """
+    record = _without_repeated(_without_damaged(record, machine))
+    if len(record.t) > 2 and (np.diff(record.t) >= 0).all():
+        record = _at_even_times(record)
+    refuse_unsorted(record)
+    return record
+
+
+def pieces(record: Measurements, longest: float) -> list[Measurements]:
+    """Return the parts of a record between steps of more than `longest` usual ones; the first has the warnings."""
+    ends = np.flatnonzero(np.diff(record.t) > longest * record.period) + 1
+    parts = zip([0, *ends.tolist()], [*ends.tolist(), len(record.t)], strict=True)
+    found = [taken(record, slice(*ends)) for ends in parts] if len(ends) else [record]
+    return [found[0], *(replace(one, warnings=()) for one in found[1:])]
+
+
+def missing_samples(record: Measurements) -> BoolArray:
+    """Return the steps (N - 1) in which at least one sample is missing."""
+    missing: BoolArray = np.asarray(np.diff(record.t) > GAP * record.period)
+    return missing
+
+
+def taken(record: Measurements, some: slice | BoolArray) -> Measurements:
+    """Return some samples of a record."""
+    return changed(record, record.t[some], lambda x: x[some])
+
+
+def changed(record: Measurements, t: Array, change: Callable[[Array], Array]) -> Measurements:
+    """Return the record at other times, with a change of every block."""
+    qd, qdd = (None if x is None else change(x) for x in (record.qd, record.qdd))
+    return replace(record, t=t, q=change(record.q), tau=change(record.tau), qd=qd, qdd=qdd)
+
+
+def _blocks(record: Measurements, machine: Machine) -> Iterator[tuple[str, Array]]:
+    """Yield columns (N) by name."""
+    yield "t", record.t
+    joints, motors = machine.independent_joints, machine.motor_joints
+    each = (
+        ("q", record.q, joints),
+        ("qd", record.qd, joints),
+        ("qdd", record.qdd, joints),
+        ("tau", record.tau, motors),
+    )
+    for quantity, block, owners in each:
+        for k, joint in enumerate(owners if block is not None else ()):
+            yield f"{quantity}_{joint.name}", block[:, k]  # type: ignore[index]
+
+
+def _without_damaged(record: Measurements, machine: Machine) -> Measurements:
+    bad = {name: ~np.isfinite(x) for name, x in _blocks(record, machine)}
+    bad = {name: where for name, where in bad.items() if where.any()}
+    if not bad:
+        return record
+    damaged: BoolArray = np.any(list(bad.values()), axis=0)
+    named, count = ", ".join(bad), int(damaged.sum())
+    what = f"NaN or infinity at {count} of {len(damaged)} samples"
+    if count > MOST_DAMAGED * len(damaged):
+        raise InputError(record.source, named, f"{what}: leave a column out that was not recorded, or cut the record")
+    kept = taken(record, ~damaged)
+    return replace(kept, warnings=(*record.warnings, f"{named}: {what}: these samples are left out"))
+
+
+def _without_repeated(record: Measurements) -> Measurements:
+    same = np.diff(record.t) == 0
+    for block in (record.q, record.tau, record.qd, record.qdd):
+        if block is not None:
+            same &= (np.diff(block, axis=0) == 0).all(axis=1)
+    if not same.any():
+        return record
+    what = f"{int(same.sum())} of {len(record.t)} samples repeat the one before, with its time: left out"
+    return replace(taken(record, np.concatenate([[True], ~same])), warnings=(*record.warnings, what))
+
+
+def _at_even_times(record: Measurements) -> Measurements:
+    """Return the record at the times of an even clock, where positions are smoother by it than by scattered stamps."""
+    if record.is_even:
+        return record
+    best, t = _roughness(record.t, record.q), record.t
+    for count in _counts(t):
+        even = np.polynomial.Polynomial.fit(count, t, 1)(count)
+        period = float((even[-1] - even[0]) / (count[-1] - count[0]))
+        at_once = len(t) / len(np.unique(t))
+        if np.abs(even - t).max() <= MOST_SCATTER * max(1.0, at_once) * period and _roughness(even, record.q) < (
+            SMOOTHER * best
+        ):
+            scatter = f"{1e3 * float(np.abs(even - t).max()):.3g} ms"
+            what = f"stamps are up to {scatter} off an even clock of {1e3 * period:.6g} ms, and positions are smooth by"
+            return replace(record, t=even, warnings=(*record.warnings, f"{what} that clock: its times are taken"))
+    return record
+
+
+def _counts(t: Array) -> Iterator[Array]:
+    """Yield numbers of the ticks of an even clock at which samples may have been taken: all, or some."""
+    yield np.arange(len(t), dtype=float)
+    usual = float(np.median(np.diff(t)))
+    ticks = np.round((t - t[0]) / usual) if usual > 0 else np.zeros(len(t))
+    if (np.diff(ticks) > 0).all():
+        yield ticks
+
+
+def _roughness(t: Array, q: Array) -> float:
+    """Return the mean square distance of positions from straight lines between their neighbours, joints alike.
+
+    Infinite where samples have the same time.
+    """
+    if (np.diff(t) <= 0).any():
+        return np.inf
+    share = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
+    off = q[1:-1] - q[:-2] - share * (q[2:] - q[:-2])
+    size = q.var(axis=0)
+    return float(((off**2).mean(axis=0) / np.where(size > 0, size, 1.0)).sum())
