@@ -51,10 +51,10 @@ def excite(machine: MachineLike, options: Exciting) -> ExcitingTrajectory:
     best = optimized(
         driven, limits, options.fundamental, options.harmonics, options.values, tuple(options.known),
         evaluations=options.evaluations, seed=options.seed,
-        progress=lambda done, total, _: options.progress(done, total), box=options.workspace,
+        progress=lambda done, total, _: options.progress(done, total), box=options.workspace, payloads=options.payload,
     )  # fmt: skip
     sampled = trajectory.trajectory(best.motion, limits, options.periods, rate)
-    return trajectory.ExcitingTrajectory(driven, best, sampled, limits)
+    return trajectory.ExcitingTrajectory(driven, best, sampled, limits, dict(options.payload))
 
 
 def _of_all(ranges: Ranges | Range) -> dict[str, Range]:
@@ -78,7 +78,7 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     Raises
     ------
     InputError
-        For records with gaps, without torques, or without excitation.
+        For records without torques or without excitation, and for gaps that leave no piece long enough.
     """
     from symoro_elastic.analysis.identification.identified import Identified
     from symoro_elastic.analysis.identification.identify import identify as fit
@@ -96,7 +96,6 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     among((options.delay,), SEEKING, "--delay")
     trust, laws = _trust(options), _laws(options, driven)
     behind = _link_side(options, driven)
-    known = {**dict.fromkeys(behind, 0.0), **known}
     options.announce("read")
     if not isinstance(records, str | Path | Mapping) and not len(records):
         raise InputError("symoro-elastic", "--records", "no record is given: give a file, or columns by name")
@@ -104,9 +103,14 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     read = tuple(_record(one, driven, prepare) for one in several)
     other = None if options.validate is None else _record(options.validate, driven, prepare)
     seek = options.offsets, options.delay
-    result = fit(driven, read, values, known, options.bandwidth, True, options.announce, None, *seek, trust, laws)
+    result = fit(
+        driven, read, values, known, options.bandwidth, True, options.announce, None, *seek, trust, laws,
+        options.robust, behind,
+    )  # fmt: skip
     checked = validation_of(result, other) if other else None
-    return Identified(result, read, of_file, values, known, options.bandwidth, checked, *seek, tuple(behind))
+    known = {**dict.fromkeys(behind, 0.0), **known}
+    ways = *seek, tuple(behind), options.robust
+    return Identified(result, read, of_file, values, known, options.bandwidth, checked, *ways)
 
 
 def _rows(names: Sequence[str], machine: Machine, option: str) -> list[int]:

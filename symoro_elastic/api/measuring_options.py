@@ -46,6 +46,10 @@ class Exciting(Options, kw_only=False):
         {}, "SIGNAL=LOW:HIGH", "Range of a position of a frame or point, such as tool.x, m, that the motion keeps.",
         kinds.RANGES,
     )  # fmt: skip
+    payload: Ranges = option(
+        {}, "NAME=LOW:HIGH", "Range of a parameter, such as the mass of a payload, within which torques keep [limits].",
+        kinds.RANGES,
+    )  # fmt: skip
     fundamental: float = option(
         0.1, "HZ", "Fundamental frequency of the motion, Hz.", kinds.NUMBER, above=0,
         formerly=("--frequency", "frequency"),
@@ -98,6 +102,7 @@ class Identifying(Options, kw_only=False):
         (), "MOTOR|all", "Motor whose torque is measured behind its transmission, so that no rotor or friction shows.",
         kinds.TEXTS, of_machine=motors_or_all,
     )  # fmt: skip
+    robust: bool = switch("Leave out averages that stand out (contacts, collisions), and name them.")
     temperatures: bool = switch("Records have friction of their own, as at other temperatures; saved is the first's.")
     possible: bool = switch(
         "Seek only bodies, friction and springs that are possible; the machine's file decides what data do not tell."

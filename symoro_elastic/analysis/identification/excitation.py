@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symoro_elastic.analysis.identification.identify import structural_grouping
+from symoro_elastic.analysis.identification.payloads import corners
 from symoro_elastic.analysis.identification.regression import Regressor, refuse_unknown_labels, regressor
 from symoro_elastic.analysis.identification.workspace import Box
 from symoro_elastic.foundation.array_types import Array
@@ -144,8 +145,9 @@ class Response:
     before, which holds below the first natural frequency; passive joints stay at zero, or where loops start.
     """
 
-    def __init__(self, machine: Machine, Y: Regressor, box: Box | None = None) -> None:
-        self.machine, self.Y, self.box = machine, Y, box
+    def __init__(self, machine: Machine, Y: Regressor, box: Box | None = None, loaded: Sequence[Response] = ()) -> None:
+        """`loaded` are responses with payloads, whose torques and frames keep the limits, too."""
+        self.machine, self.Y, self.box, self.loaded = machine, Y, box, tuple(loaded)
         self._motors = list(machine.motor_entries)
         self._springs = self._stiffness()
         self._values = np.array([column.value for column in Y.columns])
@@ -206,9 +208,10 @@ def within_torques(motion: FourierMotion, torque: Sequence[Range | None], respon
     def excess(share: float) -> float:
         """Return by how much a range is left at most, as a share of its half width."""
         smaller = motion.scaled(share)
-        tau = response.torques(smaller) if limited else np.zeros((0, 0))
-        of_torques = [_excess(tau[:, k], one) for k, one in limited]
-        return max([*of_torques, *([box.excess(response.states(smaller, FINER)[0])] if box else [])])
+        each = [response, *response.loaded]
+        torques = [one.torques(smaller) for one in each] if limited else []
+        of_torques = [_excess(tau[:, k], one) for tau in torques for k, one in limited]
+        return max([*of_torques, *([box.excess(one.states(smaller, FINER)[0]) for one in each] if box else [])])
 
     if not excess(1.0) > 0:
         return motion
@@ -285,12 +288,14 @@ def excite(
     seed: int = 0,
     progress: Callable[[int, int, float], None] = lambda done, total, condition: None,
     box: Mapping[str, tuple[float, float]] | None = None,
+    payloads: Mapping[str, tuple[float, float]] | None = None,
 ) -> Excitation:
     """An exciting trajectory: the best of random motions, then L-BFGS-B of scipy.optimize on its coefficients,
     started again beside the best until the evaluations are used up.
 
     Any coefficients are scaled into the limits, so the search is free of constraints and every motion it visits
-    keeps them. `box` are ranges of positions of frames by signal (`tool.x`, m). `progress` is called with evaluations
+    keeps them. `box` are ranges of positions of frames by signal (`tool.x`, m), `payloads` those of parameters by name,
+    within which limits of torques and the box are kept. `progress` is called with evaluations
     done, their number, and the best condition number. `known` are labels of parameters that are not sought. Motors
     are independent joints (`with_independent_motors`). Deterministic by `seed`. Raises `InputError`.
     """
@@ -301,7 +306,10 @@ def excite(
         what = f"{len(limits.low)} given, the machine has {motors} motors"
         raise machine.error("limits", what)
     Y = regressor(machine, values)
-    response = Response(machine, Y, Box(Y.machine, box) if box else None)
+    within_box = Box(Y.machine, box) if box else None
+    each = corners(machine, values or {}, payloads or {})
+    loaded = [Response(machine, regressor(machine, x), within_box) for x in each]
+    response = Response(machine, Y, within_box, loaded)
     limits = replace(limits, torque=()) if response.unknown else limits
     tried = _drawn(response, limits, frequency, harmonics, range(seed, seed + max(1, min(starts, evaluations))))
     condition = Condition(response, tried[0], known)
@@ -315,7 +323,8 @@ def excite(
             optimize.minimize(search, start, method="L-BFGS-B", options={"eps": STEP, "maxfun": 10**6})
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
-    torques = () if response.unknown else _ranges(response.torques(search.best))
+    each = [] if response.unknown else [one.torques(search.best) for one in (response, *loaded)]
+    torques = _ranges(np.concatenate(each)) if each else ()
     found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels, torques)
     return replace(found, unknown=response.unknown)
 

@@ -24,6 +24,12 @@ from symoro_elastic.mechanics.regressor import INERTIAL
 from symoro_elastic.numerics.independence import independent_columns
 
 LOAD, STATIC, VISCOUS_CHANGE, DRY_CHANGE = "FL", "FB", "FV of record", "FS of record"
+LAWS = {
+    "load friction": (LOAD,),
+    "friction by Stribeck's law": (STATIC,),
+    "friction of each record": (VISCOUS_CHANGE, DRY_CHANGE),
+}
+"""What its quantities are."""
 ROUNDS = 2
 Motion = tuple[Array, Array, Array]
 

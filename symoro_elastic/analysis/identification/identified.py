@@ -48,6 +48,7 @@ class Identified(Result):
     offsets: str = AUTO
     delay: str = AUTO
     link_side: tuple[str, ...] = ()
+    robust: bool = False
 
     @property
     def estimates(self) -> Mapping[str, float]:
@@ -69,7 +70,7 @@ class Identified(Result):
             known, Y = {**self.known, **fixed}, result.equations.Y
             return identify(
                 result.machine, self.records, self.values, known, self.bandwidth, step=step, Y=Y,
-                offsets=self.offsets, delay=self.delay, laws=result.laws,
+                offsets=self.offsets, delay=self.delay, laws=result.laws, robust=self.robust,
             )  # fmt: skip
 
         fitted, lines = without_negatives(result, again)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
+from symoro_elastic.analysis.identification.equations import Equations, Sampled
 from symoro_elastic.analysis.identification.estimation import (
     FEWEST_ROWS,
     FROM_DATA,
@@ -23,22 +23,18 @@ from symoro_elastic.analysis.identification.estimation import (
     refuse_short,
     solve,
 )
-from symoro_elastic.analysis.identification.filtering import (
-    DRAWS,
-    FEWEST_OPEN,
-    Filter,
-    FilteredMotion,
-    as_measured,
-    average,
-    filtered_motion,
-    moving,
-    noises_like,
-    shared_noise,
-    smooth,
+from symoro_elastic.analysis.identification.filtering import DRAWS, Filter
+from symoro_elastic.analysis.identification.friction_laws import (
+    LAWS,
+    ROUNDS,
+    FrictionLaws,
+    Motion,
+    groups_of,
+    refuse_laws,
 )
-from symoro_elastic.analysis.identification.friction_laws import ROUNDS, FrictionLaws, groups_of, refuse_laws
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
+from symoro_elastic.analysis.identification.outliers import outliers_of, said_of, without
 from symoro_elastic.analysis.identification.pieces import filter_of, in_pieces
 from symoro_elastic.analysis.identification.possible import FLOOR, Data, Linear, Possible, made_possible
 from symoro_elastic.analysis.identification.regression import (
@@ -59,7 +55,7 @@ from symoro_elastic.analysis.identification.sensors import (
 )
 from symoro_elastic.analysis.identification.spikes import without_spikes
 from symoro_elastic.analysis.time_series.measurements import Measurements
-from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.results import Result
@@ -70,185 +66,7 @@ from symoro_elastic.numerics.independent_joints import moved_by
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
-PIECE = 4000  # samples evaluated at a time
-SIGNS = (1.0, -1.0)
-CLOSE = 4.0  # samples in a period of the Butterworth cut-off
 FAR = 200  # samples that tell what a unit of a parameter exerts
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Rows of Y X, what known values and loads take from the left side, columns of offsets of motors' torques, joints
-    that stand still, correlation of noise of torques in each row with that 0, 1, 2 ... rows later (lags, rows, n),
-    noise of Y by twins of that of the positions."""
-
-    t: Array
-    Y: Array
-    given: Array
-    offsets: Array
-    still: tuple[int, ...]
-    correlation: Array
-    noise: tuple[Array, ...] = ()
-
-
-@dataclass(frozen=True)
-class Sampled:
-    """A filtered record: its motion, a mask of the samples that count in the row of each joint (N, n), the filter.
-
-    Rows are divided by the standard deviation that white noise of torques has in them, relative to that of rows from
-    whole windows.
-    """
-
-    record: Measurements
-    motion: FilteredMotion
-    counted: BoolArray
-    chosen: Filter | None
-
-    @property
-    def pieces(self) -> list[slice]:
-        """Pieces of the record that hold whole windows, without large intermediate arrays."""
-        return _pieces(len(self.motion.t), self.chosen)
-
-    @cached_property
-    def _shared(self) -> Array:
-        """Covariances of white noise in rows with that 0, 1, 2 ... rows later, before rows are scaled."""
-        return shared_noise(self.counted, self.chosen) if self.chosen else self.counted[None].astype(float)
-
-    @cached_property
-    def scale(self) -> Array:
-        """1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
-        variance = self._shared[0]
-        used = variance >= FEWEST_OPEN
-        return np.where(used, 1 / np.sqrt(np.where(used, variance, 1.0)), 0.0)
-
-    @property
-    def correlation(self) -> Array:
-        """Correlation of white noise in rows, where some samples of a window do not count, too, (lags, rows, n)."""
-        padded = np.pad(self.scale, ((0, len(self._shared)), (0, 0)))
-        later = np.array([padded[k : k + len(self.scale)] for k in range(len(self._shared))])
-        correlation: Array = self._shared * self.scale * later
-        return correlation
-
-    @property
-    def every(self) -> int:
-        """Samples for one that is enough for what the Butterworth filter passes."""
-        return max(1, int(self.chosen.sampling / (CLOSE * self.chosen.cutoff))) if self.chosen else 1
-
-    @cached_property
-    def draws(self) -> list[tuple[Array, Array, Array]]:
-        """Noises of q, qd, qdd, many, with the zeros of encoders: they are known to half a step at best."""
-        return noises_like(self.record, self.chosen, DRAWS, zeros=True)[0] if self.chosen else []
-
-    def averages(self, x: Array) -> Array:
-        """Return averages of x (N, n)."""
-        used = x * self.counted
-        rows: Array = (average(used, self.chosen) if self.chosen else used) * self.scale
-        return rows
-
-    def torques(self, delay: float) -> tuple[Array, Array]:
-        """Return torques of motors (N, m) so much later than positions, and their slopes."""
-        record, at = self.record, self.motion.t + delay
-        smoothed = smooth(record.tau, self.chosen, record) if self.chosen else record.tau
-        step = record.period if record.is_even else record.t
-        slopes = np.gradient(smoothed, step, axis=0) if smoothed.size else smoothed
-        late, slope = (np.array([np.interp(at, record.t, x) for x in y.T]).T for y in (record.tau, slopes))
-        shape = (len(at), record.tau.shape[1])
-        return late.reshape(shape), slope.reshape(shape)
-
-
-@dataclass(frozen=True)
-class Equations:
-    """tau = Y X of a machine: its regressor, and how its columns are grouped."""
-
-    machine: Machine
-    Y: Regressor
-    linear: Linear
-
-    @property
-    def kept(self) -> tuple[int, ...]:
-        """The columns to estimate."""
-        return tuple(self.linear.sought[c] for c in self.linear.structure.kept)
-
-    @property
-    def known(self) -> Mapping[int, float]:
-        """Values of columns that are known."""
-        return self.linear.known
-
-    def sampled(self, record: Measurements, chosen: Filter | None) -> Sampled:
-        """Return a filtered record. Samples at which a joint's dry friction reverses do not count in its rows."""
-        motion = filtered_motion(record, chosen) if chosen else as_measured(record)
-        self._refuse_open(motion, record.source)
-        return Sampled(record, motion, self._counted(motion, chosen), chosen)
-
-    def rows(self, sampled: Sampled) -> Rows:
-        """Return rows of the right side of a record, and what the left side is made of beside torques."""
-        motion, chosen = sampled.motion, sampled.chosen
-        averages = zip(*(self._averages(sampled, piece) for piece in sampled.pieces), strict=True)
-        right, given, *noise = (np.concatenate(x) for x in averages)
-        scaled = [x * sampled.scale[:, :, None] for x in (right, *noise)]
-        motors = np.eye(sampled.record.tau.shape[1])
-        each = (self.Y.joint_torques(motion.q, np.tile(one, (len(motion.t), 1))) for one in motors)
-        offsets = [sampled.averages(x) for x in each]
-        t = average(motion.t, chosen) if chosen else motion.t
-        stacked = np.stack(offsets, axis=2) if offsets else np.zeros((*given.shape, 0))
-        rows = scaled[0], given * sampled.scale, stacked
-        return Rows(t, *rows, motion.still, sampled.correlation, tuple(scaled[1:]))
-
-    def torques(self, sampled: Sampled, delay: float = 0.0) -> tuple[Array, Array]:
-        """Return averages of what torques of motors do, so much later than positions, and of their slopes."""
-        late, slope = (self.Y.joint_torques(sampled.motion.q, x) for x in sampled.torques(delay))
-        return sampled.averages(late), sampled.averages(slope)
-
-    def draws(self, sampled: Sampled, X: Array) -> list[Array]:
-        """Return rows of what draws of staircases of encoders make of Y X, from samples as close as filters need."""
-        motion, samples = sampled.motion, len(sampled.motion.t)
-        moving = np.array([k not in motion.still for k in range(motion.q.shape[1])])
-        some = slice(sampled.every // 2, None, sampled.every)
-        q, qd, qdd = motion.part(some)
-        rows = []
-        for noise in sampled.draws:
-            dq, dqd, dqdd = (x[some] * moving for x in noise)
-            more, less = (
-                self.Y.torques(q + sign * dq, qd + sign * dqd, qdd + sign * dqdd, self.kept, X) for sign in SIGNS
-            )
-            held = np.repeat((more - less) / 2, sampled.every, axis=0)
-            rows.append(sampled.averages(np.pad(held, ((0, sampled.every), (0, 0)), mode="edge")[:samples]))
-        return rows
-
-    def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
-        """Raise `InputError` for positions at which the loops do not close."""
-        parted = np.flatnonzero(~self.Y.closes(motion.q))
-        if len(parted):
-            where = f"at {len(parted)} of {len(motion.t)} samples, first at t = {motion.t[parted[0]]:g} s"
-            what = "do positions have the zero of the machine's file, in rad and m?"
-            raise InputError(source, "q", f"loops do not close, or jump to another branch, {where}: {what}")
-
-    def _counted(self, motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
-        """Return a mask of samples (N, n) that count in the rows of a joint."""
-        dry = [self.Y.columns[c].row for c in self.kept if self.Y.columns[c].quantity == "FS"]
-        rates, *noises = (self.Y.rates(dry, motion.q, qd) for qd in (motion.qd, *(x[1] for x in motion.twins)))
-        fast, counted = moving(rates, noises, chosen), np.ones(motion.q.shape, dtype=bool)
-        for k, row in enumerate(dry):
-            counted[:, [i for i in self.Y.felt_by(row) if i not in motion.still]] &= fast[:, [k]]
-        return counted
-
-    def given(self, motion: tuple[Array, Array, Array]) -> Array:
-        """Return what loads and known values take of torques at samples (N, n)."""
-        given: Array = self.Y.evaluate(*motion, list(self.known)) @ np.array(list(self.known.values()))
-        return given + self.Y.loads(motion[0])
-
-    def _averages(self, sampled: Sampled, piece: slice) -> list[Array]:
-        """Return averages of Y, of loads and known values, of half the differences of Y between opposite noises."""
-        motion, chosen = sampled.motion, sampled.chosen
-        motions = [motion.part(piece)]
-        for twin in range(len(motion.twins)):
-            motions += [motion.with_other_noise(twin, sign, piece) for sign in SIGNS]
-        columns = [self.Y.evaluate(*x, self.kept) for x in motions]
-        halves = [(one - other) / 2 for one, other in zip(columns[1::2], columns[2::2], strict=True)]
-        used = sampled.counted[piece].astype(float)
-        given = self.given(motions[0]) * used
-        both = [columns[0] * used[:, :, None], given, *(x * used[:, :, None] for x in halves)]
-        return [average(x, chosen) if chosen else x for x in both]
 
 
 @dataclass(frozen=True, repr=False)
@@ -303,6 +121,8 @@ def identify(
     delay: str = AUTO,
     trust: float | None = None,
     laws: FrictionLaws | None = None,
+    robust: bool = False,
+    unseen: Sequence[str] = (),
 ) -> Identification:
     """Return the parameters of a machine from one or several records of measurements.
 
@@ -311,7 +131,8 @@ def identify(
     decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` behind positions are
     sought where data show them ("auto"), "always" or "never". With `trust` bodies are possible, and records may be
     short: it is how far the file's values are from the truth, relative, infinite where they only fill what data do not
-    tell. `laws` are of friction beyond FV and FS. Raises `InputError`.
+    tell. `laws` are of friction beyond FV and FS. `robust` leaves out averages that stand out. `unseen` are labels of
+    columns that torques do not show: they are not sought, and a line says what that changes. Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
@@ -321,7 +142,7 @@ def identify(
         parted = [[without_spikes(piece, chosen, machine) for piece in pieces] for pieces in parted]
     step("trace")
     Y = Y or regressor(machine, values)
-    fixed = _known(Y.columns, known or {}, machine)
+    fixed = _known(Y.columns, {**dict.fromkeys(unseen, 0.0), **(known or {})}, machine)
     step("group")
     equations = _grouped(machine, Y, fixed)
     _refuse_amount([x for pieces in parted for x in pieces], chosen, len(equations.kept), trust is not None)
@@ -329,7 +150,8 @@ def identify(
     stack = _Stack(equations, parted, chosen, laws or FrictionLaws())
     _refuse_zero_torques(stack.columns.torques(0.0)[0], records[0].source)
     step("solve")
-    sensors, estimation, tau, found = stack.estimated(offsets, delay, trust)
+    stack.hide(unseen)
+    sensors, estimation, tau, found = stack.estimated(offsets, delay, trust, robust)
     springs = _springs(estimation, stack.columns.Y, len(equations.kept))
     of_bodies = found.notes if found else ()
     all_notes = (*stack.notes(), *estimation.notes, *of_sensors(estimation, sensors, machine), *of_bodies)
@@ -363,6 +185,7 @@ class _Stack:
         self.columns = Columns(
             Y, noise, offsets, torques, correlation, period, fastest, repeating, draws if repeating else None
         )
+        self._said: list[str] = []
 
     def notes(self) -> list[str]:
         """Return what is said of records, of filters, of columns and of encoders."""
@@ -381,20 +204,42 @@ class _Stack:
     def _of_laws(self) -> Array:
         """Return averages of the columns of the laws of friction, (rows, n, k)."""
         Y, linear = self._equations.Y, self._equations.linear
+        return self._averaged(lambda k, motion: self.laws.columns(Y, linear, motion, k))
+
+    def _averaged(self, columns_of: Callable[[int, Motion], Array]) -> Array:
+        """Return averages of columns, which number of record and motion give, (rows, n, k)."""
         found = []
         for k, x in zip(self._numbers, self.sampled, strict=True):
-            columns = self.laws.columns(Y, linear, x.motion.part(slice(None)), k)
+            columns = columns_of(k, x.motion.part(slice(None)))
             averages = [x.averages(columns[:, :, c]) for c in range(columns.shape[2])]
             found.append(np.stack(averages, axis=2) if averages else np.zeros((*x.scale.shape, 0)))
         return np.concatenate(found)
 
-    def _with_laws(self, delay: float) -> list[str]:
+    def hide(self, unseen: Sequence[str]) -> None:
+        """Say what it changes that columns are not sought, which torques do not show."""
+        if not unseen:
+            return
+        Y, joined = self._equations.Y, self.columns.joined(range(self.columns.offsets.shape[2]), None)[0]
+        hidden = [c for c, column in enumerate(Y.columns) if column.label in unseen]
+        more = np.concatenate([joined, self._averaged(lambda _, motion: Y.evaluate(*motion, hidden))], axis=2)
+        tau = self.columns.torques(0.0)[0]
+        what = f"torques behind transmissions, {', '.join(unseen)} are not sought: residuals {_left(joined, tau):.3g} %"
+        self._said.append(f"{what} of the torque, {_left(more, tau):.3g} % if they were")
+
+    def _leave_out(self) -> None:
+        """Leave out rows that stand out, and name them."""
+        rows = outliers_of(self.columns)
+        names = [joint.name for joint in self._equations.machine.independent_joints]
+        self._said += said_of(self.t, rows, self.columns.Y.any(axis=2), names)
+        self.columns = without(self.columns, rows)
+
+    def _with_laws(self) -> None:
         """Add the columns of laws of friction, with the torque of the fit before, and say what they change."""
         linear, plain = self._equations.linear, self.columns
-        tau, count = plain.torques(delay)[0], plain.Y.shape[2]
+        tau, count = plain.torques(0.0)[0], plain.Y.shape[2]
         none = self._of_laws()
         if not none.shape[2]:
-            return []
+            return
         noise = tuple(np.concatenate([D, np.zeros_like(none)], axis=2) for D in plain.noise)
         X = groups_of(np.concatenate([plain.Y, plain.offsets], axis=2), tau, count)
         for _ in range(ROUNDS if self.laws.load else 1):
@@ -402,8 +247,28 @@ class _Stack:
             Y = np.concatenate([plain.Y, self._of_laws()], axis=2)
             X = groups_of(np.concatenate([Y, plain.offsets], axis=2), tau, count)
         self.columns = replace(plain, Y=Y, noise=noise)
-        before, after = (_left(np.concatenate([x, plain.offsets], axis=2), tau) for x in (plain.Y, Y))
-        return [f"laws of friction: residuals {after:.3g} % of the torque with them, {before:.3g} % without"]
+        quantities = [x.quantity for x in self.laws.unknowns(self._equations.machine, linear)]
+        for title, kinds in LAWS.items():
+            rest = [*range(count), *(count + k for k, quantity in enumerate(quantities) if quantity not in kinds)]
+            if len(rest) < Y.shape[2]:
+                both = (np.concatenate([x, plain.offsets], axis=2) for x in (Y, Y[:, :, rest]))
+                self._say(title, *((x, tau) for x in both))
+
+    def _say(self, title: str, with_it: tuple[Array, Array], without_it: tuple[Array, Array]) -> None:
+        """Say by how much residuals of columns and torques change."""
+        after, before = _left(*with_it), _left(*without_it)
+        self._said.append(f"{title}: residuals {after:.3g} % of the torque with it, {before:.3g} % without")
+
+    def _say_of(self, sensors: Sensors, Y: Array, tau: Array, slopes: Array) -> None:
+        """Say what offsets and a delay change."""
+        columns = self.columns
+        if sensors.offsets:
+            self._say(
+                "offset of torques", (Y, tau), (columns.joined((), slopes if sensors.has_delay else None)[0], tau)
+            )
+        if sensors.has_delay:
+            at_once = columns.joined(sensors.offsets, None)[0], columns.torques(0.0)[0]
+            self._say("delay of torques", (Y, tau), at_once)
 
     def _exerted(self) -> Array:
         """Return what a unit of each column exerts at most on each joint, (n, columns)."""
@@ -414,7 +279,7 @@ class _Stack:
         return most
 
     def estimated(
-        self, offsets: str, delay: str, trust: float | None
+        self, offsets: str, delay: str, trust: float | None, robust: bool
     ) -> tuple[Sensors, Estimation, Array, Possible | None]:
         """Return what is sought of sensors, the estimation, left sides, and bodies if they are to be possible.
 
@@ -422,7 +287,9 @@ class _Stack:
         """
         machine, source, linear = self._equations.machine, self._source, self._equations.linear
         unknowns = [*_unknowns(linear), *self.laws.unknowns(machine, linear)]
-        self._said = self._with_laws(0.0)
+        self._with_laws()
+        if robust:
+            self._leave_out()
         columns = self.columns
         is_short, least = self._is_short(len(unknowns)), 0
         if trust is None:
@@ -431,6 +298,8 @@ class _Stack:
         sensors = sensors_of_few(columns, offsets, delay) if is_short else sought_sensors(columns, offsets, delay)
         tau, slopes = columns.torques(sensors.delay)
         Y, noise = columns.joined(sensors.offsets, slopes if sensors.has_delay else None)
+        if not is_short:
+            self._say_of(sensors, Y, tau, slopes)
         every = [*unknowns, *sensors.unknowns(machine)]
         names = tuple(joint.name for joint in machine.independent_joints)
         sigma = FLOOR * np.abs(tau).max(axis=0) if is_short else None
@@ -546,15 +415,6 @@ def structural_grouping(Y: Regressor, sought: Sequence[int], machine: Machine, s
     if not np.isfinite(W).all():
         raise machine.error("regressor", "has no value at ordinary positions")
     return independent_columns(W.reshape(-1, len(sought)), STRUCTURAL)
-
-
-def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
-    """Return pieces of a record that hold whole windows, without large intermediate arrays."""
-    if chosen is None:
-        return [slice(k, k + PIECE) for k in range(0, samples, PIECE)]
-    starts, each = chosen.starts(samples), max(1, max(PIECE, 4 * chosen.window) // chosen.step)
-    firsts = [starts[k : k + each] for k in range(0, len(starts), each)]
-    return [slice(some[0], some[-1] + chosen.window) for some in firsts]
 
 
 def _unknowns(linear: Linear) -> list[Unknown]:

@@ -304,7 +304,7 @@ def regressor(machine: Machine, values: Mapping[str, float] | None = None) -> By
     given = {p.name: p.value.value() for p in machine.parameters if p.value is not None} | dict(values or {})
     for j, joint in enumerate(machine.joints, start=1):
         loads = (*joint.wrench.force, *joint.wrench.moment)
-        _refuse_unknown(machine, f"joint {j} ({joint.name})", (*_geometry(joint), *loads), given)
+        _refuse_unknown(machine, f"joint {j} ({joint.name})", (*geometry_of(joint), *loads), given)
     base = machine.base
     motion = (base.gravity, base.velocity, base.angular_velocity, base.acceleration, base.angular_acceleration)
     _refuse_unknown(machine, "gravity and base", [formula for vector in motion for formula in vector], given)
@@ -317,7 +317,8 @@ def _with_values(machine: Machine, values: Mapping[str, float]) -> Machine:
     return replace(machine, parameters=tuple(replace(p, value=given.get(p.name, p.value)) for p in machine.parameters))
 
 
-def _geometry(joint: Joint) -> tuple[Formula, ...]:
+def geometry_of(joint: Joint) -> tuple[Formula, ...]:
+    """Return the formulas that place a joint."""
     return joint.gamma, joint.b, joint.alpha, joint.d, joint.theta, joint.r
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -187,6 +187,7 @@ class ExcitingTrajectory(Result):
     best: Excitation
     sampled: Trajectory
     limits: Limits
+    payloads: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def motors(self) -> tuple[MotorRange, ...]:

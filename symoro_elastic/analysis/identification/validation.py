@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from symoro_elastic.analysis.identification.equations import Sampled
 from symoro_elastic.analysis.identification.filtering import Filter, smooth
-from symoro_elastic.analysis.identification.identify import Identification, Sampled
+from symoro_elastic.analysis.identification.identify import Identification
 from symoro_elastic.analysis.identification.pieces import filter_of, in_pieces
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array

@@ -210,7 +210,9 @@ def _torques(found: ExcitingTrajectory) -> list[str]:
         shown = ", ".join(labels[:3]) + (f" and {len(labels) - 3} more" if len(labels) > 3 else "")
         return [f"limits of torques are not kept, for parameters have no value: {shown}"]
     each = [f"{x.name} {_range(tau)} of {_range(of)} {units[x.name]}" for x, tau, of in limited if tau and of]
-    return [f"torques of a period, by the parameters of the machine: {', '.join(each)}"] if each else []
+    loads = ", ".join(f"{name} {_range(ends)}" for name, ends in found.payloads.items())
+    of_loads = f", and with payloads {loads}" if loads else ""
+    return [f"torques of a period, by the parameters of the machine{of_loads}: {', '.join(each)}"] if each else []
 
 
 def _sought_friction(parameters: Sequence[str]) -> list[str]:

@@ -24,7 +24,9 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import generate
 from symoro_elastic.machine.limits import Range
+from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.numerics.implementations import numpy_model
 from tests.generated_code import imported
 from tests.references.random_machines import chain
 
@@ -292,3 +294,36 @@ def test_boxes_that_cannot_be_kept_are_refused(tmp_path: Path) -> None:
         ("tool.x=0:1", "--workspace: 'tool.x': no frame 'tool'"),
     ):
         assert said in refused(*QUICK, "--out", tmp_path / "a.csv", "--workspace", box, "--evaluations", 5)
+
+
+def test_torques_are_kept_with_payloads_between_the_ends_of_their_range(tmp_path: Path) -> None:
+    """By the inverse dynamic model at payloads that no end is, two of them unseen."""
+    file = limited(tmp_path, ", torque = [-40, 40]")
+    free, found = se.excite(file, **FEW), se.excite(file, **FEW, payload={"m2": (1.0, 4.0)})
+    largest = {}
+    for name, motion in (("free", free), ("kept", found)):
+        t, start = motion.sampled.t, motion.sampled.start
+        inside = (t > start) & (t < t[-1] - start)
+        models = [
+            numpy_model(with_values(se.read(file), {"m2": x}), ("inverse_dynamics",)) for x in (1.0, 2.2, 3.1, 4.0)
+        ]
+        x = motion.sampled.q, motion.sampled.qd, motion.sampled.qdd
+        largest[name] = max(np.abs(np.asarray(one.inverse_dynamics(*x)[0])[inside, 0]).max() for one in models)
+    assert largest["free"] > 40 > largest["kept"]
+    assert "with payloads m2 1 : 4" in said(found)
+
+
+@pytest.mark.parametrize(
+    ("payload", "said"),
+    [
+        ("m3=0:1", "--payload: there is no 'm3'"),
+        ("m2=2:1", "m2: no room between 2 and 1"),
+        ("l2=0.1:0.2", "l2: joint 3 (tip) has it in its geometry: give a mass or an inertia"),
+        (
+            "lc2=0.1:0.2",
+            "lc2: the inertia of joint 2 (elbow) is not linear in it, so ends of a range do not bound torques",
+        ),
+    ],
+)
+def test_ranges_that_do_not_bound_torques_are_refused(tmp_path: Path, payload: str, said: str) -> None:
+    assert said in refused(*QUICK, "--out", tmp_path / "a.csv", "--payload", payload)

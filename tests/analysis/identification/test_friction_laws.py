@@ -57,7 +57,7 @@ def test_load_friction_is_found_and_saved() -> None:
     found = se.identify(machine, record(1, load=0.08), validate=record(2, load=0.08), load_friction=["all"])
     assert all(within(found, f"FL{j}", 0.08) for j in (1, 2, 3))
     assert error(found) < 0.5 * error(plain)
-    assert any(note.startswith("laws of friction: residuals") for note in found.found.notes)
+    assert any(note.startswith("load friction: residuals") for note in found.found.notes)
     fitted, _ = found.saved()
     assert float(fitted.joint(2).friction.load.value({})) == found.estimates["FL2"]
 

@@ -1,0 +1,217 @@
+"""Filtered records as rows of tau = Y X: averages of both sides, and the noise that is in them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.filtering import (
+    DRAWS,
+    FEWEST_OPEN,
+    Filter,
+    FilteredMotion,
+    as_measured,
+    average,
+    filtered_motion,
+    moving,
+    noises_like,
+    shared_noise,
+    smooth,
+)
+from symoro_elastic.analysis.identification.possible import Linear
+from symoro_elastic.analysis.identification.regression import Regressor
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.machine import Machine
+
+PIECE = 4000  # samples evaluated at a time
+SIGNS = (1.0, -1.0)
+CLOSE = 4.0  # samples in a period of the Butterworth cut-off
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows of Y X, what known values and loads take from the left side, columns of offsets of motors' torques, joints
+    that stand still, correlation of noise of torques in each row with that 0, 1, 2 ... rows later (lags, rows, n),
+    noise of Y by twins of that of the positions."""
+
+    t: Array
+    Y: Array
+    given: Array
+    offsets: Array
+    still: tuple[int, ...]
+    correlation: Array
+    noise: tuple[Array, ...] = ()
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A filtered record: its motion, a mask of the samples that count in the row of each joint (N, n), the filter.
+
+    Rows are divided by the standard deviation that white noise of torques has in them, relative to that of rows from
+    whole windows.
+    """
+
+    record: Measurements
+    motion: FilteredMotion
+    counted: BoolArray
+    chosen: Filter | None
+
+    @property
+    def pieces(self) -> list[slice]:
+        """Pieces of the record that hold whole windows, without large intermediate arrays."""
+        return _pieces(len(self.motion.t), self.chosen)
+
+    @cached_property
+    def _shared(self) -> Array:
+        """Covariances of white noise in rows with that 0, 1, 2 ... rows later, before rows are scaled."""
+        return shared_noise(self.counted, self.chosen) if self.chosen else self.counted[None].astype(float)
+
+    @cached_property
+    def scale(self) -> Array:
+        """1 / std of white noise in each row (rows, n), 1 for whole windows, 0 for rows left out."""
+        variance = self._shared[0]
+        used = variance >= FEWEST_OPEN
+        return np.where(used, 1 / np.sqrt(np.where(used, variance, 1.0)), 0.0)
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation of white noise in rows, where some samples of a window do not count, too, (lags, rows, n)."""
+        padded = np.pad(self.scale, ((0, len(self._shared)), (0, 0)))
+        later = np.array([padded[k : k + len(self.scale)] for k in range(len(self._shared))])
+        correlation: Array = self._shared * self.scale * later
+        return correlation
+
+    @property
+    def every(self) -> int:
+        """Samples for one that is enough for what the Butterworth filter passes."""
+        return max(1, int(self.chosen.sampling / (CLOSE * self.chosen.cutoff))) if self.chosen else 1
+
+    @cached_property
+    def draws(self) -> list[tuple[Array, Array, Array]]:
+        """Noises of q, qd, qdd, many, with the zeros of encoders: they are known to half a step at best."""
+        return noises_like(self.record, self.chosen, DRAWS, zeros=True)[0] if self.chosen else []
+
+    def averages(self, x: Array) -> Array:
+        """Return averages of x (N, n)."""
+        used = x * self.counted
+        rows: Array = (average(used, self.chosen) if self.chosen else used) * self.scale
+        return rows
+
+    def torques(self, delay: float) -> tuple[Array, Array]:
+        """Return torques of motors (N, m) so much later than positions, and their slopes."""
+        record, at = self.record, self.motion.t + delay
+        smoothed = smooth(record.tau, self.chosen, record) if self.chosen else record.tau
+        step = record.period if record.is_even else record.t
+        slopes = np.gradient(smoothed, step, axis=0) if smoothed.size else smoothed
+        late, slope = (np.array([np.interp(at, record.t, x) for x in y.T]).T for y in (record.tau, slopes))
+        shape = (len(at), record.tau.shape[1])
+        return late.reshape(shape), slope.reshape(shape)
+
+
+@dataclass(frozen=True)
+class Equations:
+    """tau = Y X of a machine: its regressor, and how its columns are grouped."""
+
+    machine: Machine
+    Y: Regressor
+    linear: Linear
+
+    @property
+    def kept(self) -> tuple[int, ...]:
+        """The columns to estimate."""
+        return tuple(self.linear.sought[c] for c in self.linear.structure.kept)
+
+    @property
+    def known(self) -> Mapping[int, float]:
+        """Values of columns that are known."""
+        return self.linear.known
+
+    def sampled(self, record: Measurements, chosen: Filter | None) -> Sampled:
+        """Return a filtered record. Samples at which a joint's dry friction reverses do not count in its rows."""
+        motion = filtered_motion(record, chosen) if chosen else as_measured(record)
+        self._refuse_open(motion, record.source)
+        return Sampled(record, motion, self._counted(motion, chosen), chosen)
+
+    def rows(self, sampled: Sampled) -> Rows:
+        """Return rows of the right side of a record, and what the left side is made of beside torques."""
+        motion, chosen = sampled.motion, sampled.chosen
+        averages = zip(*(self._averages(sampled, piece) for piece in sampled.pieces), strict=True)
+        right, given, *noise = (np.concatenate(x) for x in averages)
+        scaled = [x * sampled.scale[:, :, None] for x in (right, *noise)]
+        motors = np.eye(sampled.record.tau.shape[1])
+        each = (self.Y.joint_torques(motion.q, np.tile(one, (len(motion.t), 1))) for one in motors)
+        offsets = [sampled.averages(x) for x in each]
+        t = average(motion.t, chosen) if chosen else motion.t
+        stacked = np.stack(offsets, axis=2) if offsets else np.zeros((*given.shape, 0))
+        rows = scaled[0], given * sampled.scale, stacked
+        return Rows(t, *rows, motion.still, sampled.correlation, tuple(scaled[1:]))
+
+    def torques(self, sampled: Sampled, delay: float = 0.0) -> tuple[Array, Array]:
+        """Return averages of what torques of motors do, so much later than positions, and of their slopes."""
+        late, slope = (self.Y.joint_torques(sampled.motion.q, x) for x in sampled.torques(delay))
+        return sampled.averages(late), sampled.averages(slope)
+
+    def draws(self, sampled: Sampled, X: Array) -> list[Array]:
+        """Return rows of what draws of staircases of encoders make of Y X, from samples as close as filters need."""
+        motion, samples = sampled.motion, len(sampled.motion.t)
+        moving = np.array([k not in motion.still for k in range(motion.q.shape[1])])
+        some = slice(sampled.every // 2, None, sampled.every)
+        q, qd, qdd = motion.part(some)
+        rows = []
+        for noise in sampled.draws:
+            dq, dqd, dqdd = (x[some] * moving for x in noise)
+            more, less = (
+                self.Y.torques(q + sign * dq, qd + sign * dqd, qdd + sign * dqdd, self.kept, X) for sign in SIGNS
+            )
+            held = np.repeat((more - less) / 2, sampled.every, axis=0)
+            rows.append(sampled.averages(np.pad(held, ((0, sampled.every), (0, 0)), mode="edge")[:samples]))
+        return rows
+
+    def _refuse_open(self, motion: FilteredMotion, source: str) -> None:
+        """Raise `InputError` for positions at which the loops do not close."""
+        parted = np.flatnonzero(~self.Y.closes(motion.q))
+        if len(parted):
+            where = f"at {len(parted)} of {len(motion.t)} samples, first at t = {motion.t[parted[0]]:g} s"
+            what = "do positions have the zero of the machine's file, in rad and m?"
+            raise InputError(source, "q", f"loops do not close, or jump to another branch, {where}: {what}")
+
+    def _counted(self, motion: FilteredMotion, chosen: Filter | None) -> BoolArray:
+        """Return a mask of samples (N, n) that count in the rows of a joint."""
+        dry = [self.Y.columns[c].row for c in self.kept if self.Y.columns[c].quantity == "FS"]
+        rates, *noises = (self.Y.rates(dry, motion.q, qd) for qd in (motion.qd, *(x[1] for x in motion.twins)))
+        fast, counted = moving(rates, noises, chosen), np.ones(motion.q.shape, dtype=bool)
+        for k, row in enumerate(dry):
+            counted[:, [i for i in self.Y.felt_by(row) if i not in motion.still]] &= fast[:, [k]]
+        return counted
+
+    def given(self, motion: tuple[Array, Array, Array]) -> Array:
+        """Return what loads and known values take of torques at samples (N, n)."""
+        given: Array = self.Y.evaluate(*motion, list(self.known)) @ np.array(list(self.known.values()))
+        return given + self.Y.loads(motion[0])
+
+    def _averages(self, sampled: Sampled, piece: slice) -> list[Array]:
+        """Return averages of Y, of loads and known values, of half the differences of Y between opposite noises."""
+        motion, chosen = sampled.motion, sampled.chosen
+        motions = [motion.part(piece)]
+        for twin in range(len(motion.twins)):
+            motions += [motion.with_other_noise(twin, sign, piece) for sign in SIGNS]
+        columns = [self.Y.evaluate(*x, self.kept) for x in motions]
+        halves = [(one - other) / 2 for one, other in zip(columns[1::2], columns[2::2], strict=True)]
+        used = sampled.counted[piece].astype(float)
+        given = self.given(motions[0]) * used
+        both = [columns[0] * used[:, :, None], given, *(x * used[:, :, None] for x in halves)]
+        return [average(x, chosen) if chosen else x for x in both]
+
+
+def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
+    """Return pieces of a record that hold whole windows, without large intermediate arrays."""
+    if chosen is None:
+        return [slice(k, k + PIECE) for k in range(0, samples, PIECE)]
+    starts, each = chosen.starts(samples), max(1, max(PIECE, 4 * chosen.window) // chosen.step)
+    firsts = [starts[k : k + each] for k in range(0, len(starts), each)]
+    return [slice(some[0], some[-1] + chosen.window) for some in firsts]

@@ -1,0 +1,297 @@
+"""How honest standard deviations are for logs as they are, and for each option of `identify`:
+`python -m tests.benchmarks.logs [--runs N] [--first N] [--only CASE ...] [--json FILE]` (OPENBLAS_NUM_THREADS=1).
+
+An arm of two joints, gravity, dry friction; motion, noise of torques, zeros of encoders (17 bits), lost samples and
+gaps are drawn anew in each run. Torques are those of the model plus laws that are written out here. `wider` is the
+median of standard deviations over those of the plain log, `zeros` the share of values sought in vain (an offset, a
+delay, a law of friction that is not there) that are within 1.96 standard deviations.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.excitation import FourierMotion, Limits, random_motion
+from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
+from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
+from symoro_elastic.analysis.time_series.clocks import taken, tidied
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.labels import ParameterLabels
+from symoro_elastic.machine.machine import Friction, Machine
+from symoro_elastic.numerics.implementations import numpy_model
+from tests.benchmarks.identification import with_friction
+from tests.benchmarks.machines import Row, built
+from tests.benchmarks.possible import off
+from tests.benchmarks.tables import print_table, progress, save_json
+
+RUNS, DURATION, RATE = 40, 15.0, 250.0
+NOISE, STEP = np.array([0.3, 0.1]), 2 * np.pi / 2**17
+OFFSETS, LATE = np.array([0.8, -0.3]), 0.006
+LOAD, STATIC, VELOCITY, WARMER = 0.08, 1.2, 0.15, 0.7
+WRONG = 0.3
+
+
+@cache
+def arm() -> Machine:
+    """Return an arm of two joints with rotors and dry friction, about a horizontal axis each."""
+    machine = built("log_arm", [Row("lift", 0, "pi/2", mass=12), Row("elbow", 1, "0", d=0.4, mass=5)])
+    return with_friction(machine, {"lift": (3.0, 2.5), "elbow": (1.0, 1.2)})
+
+
+@cache
+def _y() -> ByLinearity:
+    return regressor(arm())
+
+
+@cache
+def _torques(is_bare: bool) -> Callable[..., Array]:
+    """Return the torques of a motion, of the arm or of its bodies alone."""
+    zero = Formula.parse(0)
+    bare = tuple(replace(j, friction=Friction(zero, zero), rotor_inertia=zero, ratio=zero) for j in arm().joints)
+    model = numpy_model(replace(arm(), joints=bare) if is_bare else arm(), ("inverse_dynamics",))
+    return lambda *motion: np.array(model.inverse_dynamics(*motion)[0])
+
+
+@dataclass(frozen=True)
+class Draw:
+    """A run: its motion, its times and its noise."""
+
+    seed: int
+    late: float = 0.0
+    jitter: float = 0.0
+
+    @cached_property
+    def rng(self) -> np.random.Generator:
+        """Numbers of the run."""
+        return np.random.default_rng([self.seed, 27])
+
+    @cached_property
+    def motion(self) -> FourierMotion:
+        """A motion of its own."""
+        return random_motion(Limits.of([-2.0] * 2, [2.0] * 2, [3.0] * 2, [15.0] * 2), 0.2, 10, self.seed)
+
+    @cached_property
+    def t(self) -> Array:
+        """Times of the samples."""
+        count = round(DURATION * RATE)
+        return (np.arange(count) + self.jitter * self.rng.uniform(-1, 1, count)) / RATE
+
+    @cached_property
+    def exact(self) -> tuple[Array, Array, Array]:
+        """Motion when torques are taken."""
+        return self.motion.at(self.t - self.late)
+
+    @cached_property
+    def bodies(self) -> Array:
+        """Torques without friction and rotors."""
+        return _torques(True)(*self.exact)
+
+    def record(self, more: Array | float = 0.0, tau: Array | None = None) -> Measurements:
+        """Return what is measured, with more torques, or others."""
+        q = self.motion.at(self.t)[0]
+        zero = STEP * self.rng.uniform(-0.5, 0.5, 2)
+        tau = _torques(False)(*self.exact) if tau is None else tau
+        noisy = tau + more + NOISE * self.rng.standard_normal(tau.shape)
+        return Measurements(self.t, np.round((q + zero) / STEP) * STEP, noisy)
+
+
+def _plain(seed: int) -> Measurements:
+    return Draw(seed).record()
+
+
+def _lost(seed: int) -> Measurements:
+    draw = Draw(seed)
+    return taken(draw.record(), draw.rng.uniform(size=len(draw.t)) > 0.05)
+
+
+def _gaps(seed: int) -> Measurements:
+    draw = Draw(seed)
+    kept = np.ones(len(draw.t), dtype=bool)
+    for first in draw.rng.integers(500, len(kept) - 500, 3):
+        kept[first : first + 200] = False
+    return taken(draw.record(), kept)
+
+
+def _stamps(seed: int) -> Measurements:
+    draw = Draw(seed)
+    record = draw.record()
+    return replace(record, t=record.t + 0.3 / RATE * draw.rng.uniform(-1, 1, len(record.t)))
+
+
+def _damaged(seed: int) -> Measurements:
+    draw = Draw(seed)
+    record = draw.record()
+    record.tau[draw.rng.uniform(size=len(draw.t)) < 0.02, 1] = np.nan
+    return record
+
+
+def _touched(seed: int) -> Measurements:
+    """Return a log with two contacts of a quarter of a second."""
+    draw = Draw(seed)
+    more = np.zeros((len(draw.t), 2))
+    for first in draw.rng.integers(500, len(more) - 500, 2):
+        more[first : first + 60] = [25.0, 12.0]
+    return draw.record(more)
+
+
+def _spiked(seed: int) -> Measurements:
+    draw = Draw(seed)
+    hit = draw.rng.uniform(size=(len(draw.t), 2)) < 0.01
+    return draw.record(np.where(hit, 10 * NOISE * np.sign(draw.rng.standard_normal(hit.shape)), 0.0))
+
+
+def _loaded(seed: int) -> Measurements:
+    draw = Draw(seed)
+    return draw.record(LOAD * np.abs(draw.bodies) * np.sign(draw.exact[1]))
+
+
+def _stribeck(seed: int) -> Measurements:
+    draw = Draw(seed)
+    return draw.record(STATIC * np.sign(draw.exact[1]) / (1 + (draw.exact[1] / VELOCITY) ** 2))
+
+
+def _behind(seed: int) -> Measurements:
+    draw = Draw(seed)
+    return draw.record(tau=draw.bodies)
+
+
+def _two(seed: int) -> list[Measurements]:
+    """Return a cold record and a warm one, of less friction."""
+    cold, warm = Draw(seed), Draw(seed + 1000)
+    rate = warm.exact[1]
+    return [cold.record(), warm.record((WARMER - 1) * (np.array([3.0, 1.0]) * rate + [2.5, 1.2] * np.sign(rate)))]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A log of a run, what is asked of `identify`, and true values of what is no parameter of the file."""
+
+    record: Callable[[int], Measurements | list[Measurements]] = _plain
+    asked: Mapping[str, Any] = field(default_factory=dict)
+    truth: Mapping[str, float] = field(default_factory=dict)
+    wrong_file: bool = False
+
+    def identified(self, seed: int) -> Identification:
+        """Return what is found in a run."""
+        machine = arm()
+        given = self.record(seed)
+        records = [tidied(x, machine) for x in (given if isinstance(given, list) else [given])]
+        if self.wrong_file:
+            return identify(off(machine, WRONG, seed), records, **self.asked)
+        return identify(machine, records, Y=_y(), **self.asked)
+
+
+BOTH = (1, 2)
+NEVER: dict[str, Any] = {"offsets": "never", "delay": "never"}
+HIDDEN = [ParameterLabels(arm())(j, quantity) for j in BOTH for quantity in ("IA", "FV", "FS")]
+LAWS = {
+    "load friction": (FrictionLaws(load=BOTH), _loaded, {"FL1": LOAD, "FL2": LOAD}),
+    "Stribeck": (FrictionLaws(stribeck=dict.fromkeys(BOTH, VELOCITY)), _stribeck, {"FB1": STATIC, "FB2": STATIC}),
+    "temperatures": (
+        FrictionLaws(changing=True), _two,
+        {"FV1_2": 3.0 * (WARMER - 1), "FV2_2": WARMER - 1, "FS1_2": 2.5 * (WARMER - 1), "FS2_2": 1.2 * (WARMER - 1)},
+    ),
+}  # fmt: skip
+CASES = {
+    "plain": Case(),
+    "plain, nothing sought": Case(asked=NEVER),
+    "5 % of samples lost": Case(_lost),
+    "3 gaps of 0.8 s": Case(_gaps),
+    "uneven by 40 %": Case(lambda seed: Draw(seed, jitter=0.4).record()),
+    "stamps scatter by 30 %": Case(_stamps),
+    "2 % NaN": Case(_damaged),
+    "1 % spikes of 10 std": Case(_spiked),
+    "contacts": Case(_touched),
+    "contacts, robust": Case(_touched, {"robust": True}),
+    "plain, robust": Case(asked={"robust": True}),
+    "offsets": Case(lambda seed: Draw(seed).record(OFFSETS), truth={"OFF1": OFFSETS[0], "OFF2": OFFSETS[1]}),
+    "offsets of zero": Case(asked={"offsets": "always"}, truth={"OFF1": 0.0, "OFF2": 0.0}),
+    "delay of 6 ms": Case(lambda seed: Draw(seed, late=LATE).record(), truth={"delay": LATE}),
+    "delay of zero": Case(asked={"delay": "always"}, truth={"delay": 0.0}),
+    **{name: Case(record, {"laws": law}, truth) for name, (law, record, truth) in LAWS.items()},
+    "load friction of zero": Case(asked={"laws": LAWS["load friction"][0]}, truth={"FL1": 0.0, "FL2": 0.0}),
+    "Stribeck of zero": Case(asked={"laws": LAWS["Stribeck"][0]}, truth={"FB1": 0.0, "FB2": 0.0}),
+    "link side": Case(_behind, {"unseen": HIDDEN}),
+    "possible": Case(asked={"trust": math.inf}, wrong_file=True),
+    "possible, trust 0.3": Case(asked={"trust": WRONG}, wrong_file=True),
+    "load friction, possible": Case(
+        _loaded, {"laws": LAWS["load friction"][0], "trust": math.inf}, LAWS["load friction"][2], wrong_file=True
+    ),
+}
+
+
+def truth_of(case: Case) -> dict[str, float]:
+    """Return true values by label: of groups of the right file, and of what is no parameter."""
+    right = case if "unseen" in case.asked else CASES["plain"]
+    return {e.unknown.label: e.unknown.nominal for e in right.identified(0).estimates} | dict(case.truth)
+
+
+def deviations(found: Identification, truth: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Return (estimate - truth) / std and std by label; with the file where it is trusted."""
+    bodies = found.possible
+    stated = bodies.with_file if bodies and math.isfinite(bodies.trust) else [e.std for e in found.estimates]
+    pairs = {e.unknown.label: (e.value, std) for e, std in zip(found.estimates, stated, strict=True)}
+    known = {x: y for x, y in pairs.items() if math.isfinite(truth.get(x, math.nan)) and math.isfinite(y[1])}
+    return {label: ((value - truth[label]) / std, std) for label, (value, std) in known.items()}
+
+
+def figures(title: str, runs: int, first: int, plain: Mapping[str, float]) -> tuple[dict[str, Any], dict[str, float]]:
+    """Return shares within 95 % intervals, and median standard deviations by label."""
+    case = CASES[title]
+    truth, each, refused = truth_of(case), [], 0
+    for seed in progress(range(first, first + runs), title):
+        try:
+            each.append(deviations(case.identified(seed), truth))
+        except InputError as error:
+            refused += 1
+            print(title, seed, error)
+    z = np.array([x for one in each for x, _ in one.values()])
+    own = np.array([one[label][0] for one in each for label in case.truth if label in one])
+    std = {label: float(np.median([one[label][1] for one in each if label in one])) for label in each[0]}
+    wider = [x / plain[label] for label, x in std.items() if label in plain] or [1.0]
+    return {
+        "runs": len(each), "refused": refused, "estimates": len(z), "within 95 %": float((np.abs(z) < 1.96).mean()),
+        "rms": float(np.sqrt((z**2).mean())), "largest": float(np.abs(z).max()), "wider": float(np.median(wider)),
+        "own, within 95 %": float((np.abs(own) < 1.96).mean()) if len(own) else math.nan,
+    }, std  # fmt: skip
+
+
+def table(titles: Sequence[str], runs: int, first: int = 0) -> dict[str, dict[str, Any]]:
+    """Return the figures of cases."""
+    found: dict[str, dict[str, Any]] = {}
+    plain: dict[str, float] = {}
+    for title in titles:
+        found[title], std = figures(title, runs, first, plain)
+        plain = plain or std
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.logs", description=__doc__)
+    parser.add_argument("--runs", type=int, default=RUNS)
+    parser.add_argument("--first", type=int, default=0, help="number of the first draw")
+    parser.add_argument("--only", nargs="*", default=list(CASES))
+    parser.add_argument("--json", type=Path, help="save the figures")
+    given = parser.parse_args()
+    found = table(given.only, given.runs, given.first)
+    if given.json:
+        save_json(given.json, found)
+    heads = ("log, options", *next(iter(found.values())))
+    rows = [(t, *(f"{x:.3g}" if isinstance(x, float) else str(x) for x in f.values())) for t, f in found.items()]
+    print_table("truth within standard deviations", heads, rows)
+
+
+if __name__ == "__main__":
+    main()
