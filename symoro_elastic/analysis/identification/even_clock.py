@@ -1,23 +1,24 @@
 """From samples at uneven times to an even clock and back, for filters of positions.
 
-Both ways are linear in what is sampled: straight lines between samples, and once more for what they are off at the
-samples. In the band of the motion that is right to the fourth order of the step, and noise keeps its density there, for
-weights of straight lines sum to one. Where samples are missing a cubic by least squares of the neighbours stands in.
+Both ways are linear in what is sampled: cubics between samples, with slopes of parabolas through neighbours, which is
+right to the third order of the step and local, so that noise keeps its density in the band of the motion. Neighbours
+too close to tell a slope are passed over. Where samples are missing a cubic by least squares of those beside stands in.
 Torques need no even clock: averages of both sides of tau = Y X are of the samples that there are.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from symoro_elastic.analysis.time_series.clocks import GAP
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.foundation.packages import for_identification
 
 CUBIC = 4  # coefficients, the fewest samples beside a gap
+CLOSE, FARTHEST = 0.3, 3  # steps: closer samples tell no slope; how many are passed over
 
 
 def clock_of(t: Array, period: float) -> EvenClock:
@@ -34,7 +35,7 @@ class EvenClock:
     """Even times (K), s, beside uneven ones (N)."""
 
     def __init__(self, t: Array, period: float) -> None:
-        self._at = t
+        self._at, self._period = t, period
         self.t: Array = t[0] + period * np.arange(int((t[-1] - t[0]) / period * (1 + 1e-12)) + 1)
         self._bridges = list(self._bridged(period))
         missing = [times for times, _, _ in self._bridges]
@@ -44,20 +45,37 @@ class EvenClock:
 
     def evenly(self, x: Array) -> Array:
         """Return x (N, ...) at the even times."""
-        lines = self._lines(x)
-        return lines + self._lines(x - self.at_samples(lines))
+        flat = x.reshape(len(x), -1)
+        inserted = [weights @ flat[beside] for _, beside, weights in self._bridges]
+        whole = np.concatenate([flat, *inserted])[self._order]
+        curve = for_identification("scipy.interpolate").CubicHermiteSpline(self._times, whole, self._slopes(whole))
+        found: Array = curve(self.t)
+        return found.reshape(len(self.t), *x.shape[1:])
 
     def at_samples(self, x: Array) -> Array:
         """Return x (K, ...), which is smooth, at the uneven times."""
         found: Array = for_identification("scipy.interpolate").CubicSpline(self.t, x)(self._at)
         return found
 
-    def _lines(self, x: Array) -> Array:
-        flat = x.reshape(len(x), -1)
-        inserted = [weights @ flat[beside] for _, beside, weights in self._bridges]
-        whole = np.concatenate([flat, *inserted])[self._order]
-        columns = [np.interp(self.t, self._times, column) for column in whole.T]
-        return np.array(columns).T.reshape(len(self.t), *x.shape[1:])
+    def _slopes(self, x: Array) -> Array:
+        """Return slopes (N, k) of parabolas through each sample and its neighbours."""
+        (left, back), (right, on) = self._beside
+        before, after = (x - x[left]) / back, (x[right] - x) / on
+        slopes: Array = (on * before + back * after) / (back + on)
+        return slopes
+
+    @cached_property
+    def _beside(self) -> list[tuple[AnyArray, Array]]:
+        """Neighbours before and after each sample, and how far they are (N, 1); at the ends two on the same side."""
+        t, last, found = self._times, len(self._times) - 1, []
+        for side in (-1, 1):
+            other = np.arange(last + 1) + side
+            for _ in range(FARTHEST):
+                inner = np.clip(other, 0, last)
+                other += side * (np.abs(t[inner] - t) < CLOSE * self._period)
+            other = np.where((other < 0) | (other > last), np.arange(last + 1) - 2 * side, other)
+            found.append((other, side * (t[other] - t)[:, None]))
+        return found
 
     def _bridged(self, period: float) -> Iterator[tuple[Array, slice, Array]]:
         """Yield times of samples that are missing, those beside them, and the weights that these have in them."""

@@ -247,7 +247,7 @@ def filtered_motion(record: Measurements, chosen: Filter) -> FilteredMotion:
     cut = slice(chosen.trim, len(record.t) - chosen.trim)
     q, qd, qdd = _derivatives(record, chosen)
     twins, staircases = noises_like(record, chosen)
-    still = list(_still(q, record.q[cut] - q))
+    still = list(still_joints(q, record.q[cut] - q))
     q[:, still] = q[:, still].mean(axis=0)
     for rates in (qd, qdd, *(x for twin in twins for x in twin)):
         rates[:, still] = 0.0
@@ -358,11 +358,12 @@ def as_measured(measured: Measurements) -> FilteredMotion:
     velocity = velocity if measured.qd is None else measured.qd[inner]
     acceleration = acceleration if measured.qdd is None else measured.qdd[inner]
     q = measured.q[inner]
-    still = _still(q, np.zeros_like(q))
+    still = still_joints(q, np.zeros_like(q))
     return FilteredMotion(measured.t[inner], q, velocity, acceleration, measured.tau[inner], still)
 
 
-def _still(smoothed: Array, removed: Array) -> tuple[int, ...]:
+def still_joints(smoothed: Array, removed: Array) -> tuple[int, ...]:
+    """Return joints whose filtered motion is within the noise that was removed."""
     moved, noise = smoothed.std(axis=0), removed.std(axis=0)
     rounding = 1e-12 * np.abs(smoothed).max(axis=0)
     return tuple(int(k) for k in np.flatnonzero(moved <= np.maximum(noise, rounding)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.equations import Equations, Sampled
+from symoro_elastic.analysis.identification.equations import Equations, Rows, Sampled
 from symoro_elastic.analysis.identification.estimation import (
     FEWEST_ROWS,
     FROM_DATA,
@@ -35,7 +35,7 @@ from symoro_elastic.analysis.identification.friction_laws import (
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
 from symoro_elastic.analysis.identification.outliers import outliers_of, said_of, without
-from symoro_elastic.analysis.identification.pieces import filter_of, in_pieces
+from symoro_elastic.analysis.identification.pieces import filter_of, in_pieces, refuse_rest
 from symoro_elastic.analysis.identification.possible import FLOOR, Data, Linear, Possible, made_possible
 from symoro_elastic.analysis.identification.regression import (
     Regressor,
@@ -139,6 +139,7 @@ def identify(
     chosen = filter_of(records, _driven(machine), bandwidth) if filtered else None
     parted = [in_pieces(record, chosen) for record in records]
     if chosen:
+        refuse_rest([x for pieces in parted for x in pieces], chosen)
         parted = [[without_spikes(piece, chosen, machine) for piece in pieces] for pieces in parted]
     step("trace")
     Y = Y or regressor(machine, values)
@@ -176,7 +177,7 @@ class _Stack:
         self.t = np.concatenate([x.t for x in rows])
         given = np.concatenate([x.given for x in rows])
         self._still = tuple(sorted(set.intersection(*(set(x.still) for x in rows))))
-        noise = tuple(np.concatenate(part) for part in zip(*(x.noise for x in rows), strict=True))
+        noise = _noises(rows)
         Y, offsets = np.concatenate([x.Y for x in rows]), np.concatenate([x.offsets for x in rows])
         correlation, period = np.concatenate([x.correlation for x in rows], axis=1), records[0].period
         fastest = 1 / chosen.motion if chosen else float(records[0].t[-1] - records[0].t[0])
@@ -313,6 +314,13 @@ class _Stack:
         data = Data(Y, tau, self._exerted(), is_short)
         fitted, bodies = made_possible(machine, linear, data, estimation, trust)
         return sensors, fitted, tau, bodies
+
+
+def _noises(rows: Sequence[Rows]) -> tuple[Array, ...]:
+    """Return noises of Y of all records; those of records with fewer repeat, for their mean square counts."""
+    count = max(len(x.noise) for x in rows)
+    each = [[x.noise[i % len(x.noise)] if x.noise else np.zeros_like(x.Y) for x in rows] for i in range(count)]
+    return tuple(np.concatenate(part) for part in each)
 
 
 def _left(Y: Array, tau: Array) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.filtering import Filter, default_filter
+from symoro_elastic.analysis.identification.filtering import Filter, default_filter, smooth, still_joints
 from symoro_elastic.analysis.time_series.clocks import GAP, missing_samples, pieces
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.errors import InputError
@@ -54,6 +54,16 @@ def in_pieces(record: Measurements, chosen: Filter | None) -> list[Measurements]
         raise InputError(record.source, "t", f"{what}: measure again, or give a higher --bandwidth")
     first = replace(kept[0], warnings=(*record.warnings, *_said(record, every, kept, gaps)))
     return [first, *kept[1:]]
+
+
+def refuse_rest(records: Sequence[Measurements], chosen: Filter) -> None:
+    """Raise `InputError` for records in which no joint moves beyond the noise of its sensor."""
+    for record in records:
+        slow = smooth(record.q, chosen, record)
+        if len(still_joints(slow, record.q - slow)) < record.q.shape[1]:
+            return
+    what = "no joint moves beyond the noise of its sensor: nothing can be identified at rest"
+    raise InputError(records[0].source, "q", what)
 
 
 def _said(record: Measurements, every: Sequence[Measurements], kept: Sequence[Measurements], gaps: str) -> list[str]:

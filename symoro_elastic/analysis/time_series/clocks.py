@@ -112,7 +112,7 @@ def _at_even_times(record: Measurements) -> Measurements:
             SMOOTHER * best
         ):
             scatter = f"{1e3 * float(np.abs(even - t).max()):.3g} ms"
-            what = f"stamps are up to {scatter} off an even clock of {1e3 * period:.6g} ms, and positions are smooth by"
+            what = f"stamps are up to {scatter} off an even clock of {1e3 * period:.4g} ms, and positions are smooth by"
             return replace(record, t=even, warnings=(*record.warnings, f"{what} that clock: its times are taken"))
     return record
 

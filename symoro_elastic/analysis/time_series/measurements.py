@@ -25,6 +25,7 @@ LONGEST_SLIDE = 10.0  # m
 MOST_TURNS = 20.0
 UNEVEN = 0.1  # of a sampling period
 SLOWEST = 0.5  # s
+LARGEST = 1e30  # SI units
 SLOPE_RATIO = 3.0
 MEASURED_QUANTITIES = ("t", "q", "qd", "qdd", "tau")
 
@@ -180,6 +181,9 @@ def _check_numbers(measured: Measurements, joints: Sequence[Joint], motors: Sequ
                     f"NaN or infinity at {bad.sum()} samples, first at sample {first} (t = {measured.t[first - 1]:g} s)"
                 )
                 raise InputError(measured.source, f"{quantity}_{joint.name}", f"{where}: cut the record there")
+            if (most := float(np.abs(block[:, k]).max(initial=0.0))) > LARGEST:  # type: ignore[index]
+                what = f"reaches {most:.3g}, which no machine does: check the column and its unit"
+                raise InputError(measured.source, f"{quantity}_{joint.name}", what)
 
 
 def _first(bad: BoolArray) -> int:

@@ -68,7 +68,7 @@ class Preparation:
         return taken(record, inside)
 
     def _sampled(self, record: Measurements, machine: Machine) -> Measurements:
-        if self.rate is None:
+        if self.rate is None or len(record.t) < 2:
             return record
         steps = np.diff(record.t)
         usual = float(np.median(steps)) if len(steps) else 0.0
