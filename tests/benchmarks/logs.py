@@ -23,13 +23,14 @@ from symoro_elastic.analysis.identification.excitation import FourierMotion, Lim
 from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
+from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
 from symoro_elastic.analysis.time_series.clocks import taken, tidied
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.labels import ParameterLabels
-from symoro_elastic.machine.machine import Friction, Machine
+from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
 from symoro_elastic.numerics.implementations import numpy_model
 from tests.benchmarks.identification import with_friction
 from tests.benchmarks.machines import Row, built
@@ -37,7 +38,7 @@ from tests.benchmarks.possible import off
 from tests.benchmarks.tables import print_table, progress, save_json
 
 RUNS, DURATION, RATE = 40, 15.0, 250.0
-NOISE, STEP = np.array([0.3, 0.1]), 2 * np.pi / 2**17
+NOISE, STEP, FINE = np.array([0.3, 0.1]), 2 * np.pi / 2**17, 2e-6
 OFFSETS, LATE = np.array([0.8, -0.3]), 0.006
 LOAD, STATIC, VELOCITY, WARMER = 0.08, 1.2, 0.15, 0.7
 WRONG = 0.3
@@ -51,8 +52,8 @@ def arm() -> Machine:
 
 
 @cache
-def _y() -> ByLinearity:
-    return regressor(arm())
+def _y(name: str) -> ByLinearity:
+    return regressor(arm() if name == arm().name else elastic())
 
 
 @cache
@@ -174,6 +175,29 @@ def _two(seed: int) -> list[Measurements]:
     return [cold.record(), warm.record((WARMER - 1) * (np.array([3.0, 1.0]) * rate + [2.5, 1.2] * np.sign(rate)))]
 
 
+@cache
+def elastic() -> Machine:
+    """Return the arm with a spring in place of the second motor."""
+    zero, machine = Formula.parse(0), arm()
+    spring = Spring(*map(Formula.parse, (600.0, 0.8, 0.01)))
+    soft = replace(
+        machine.joints[1],
+        kind=Kind.ELASTIC,
+        spring=spring,
+        friction=Friction(zero, zero),
+        rotor_inertia=zero,
+        ratio=zero,
+    )
+    return replace(machine, name="elastic_arm", joints=(machine.joints[0], soft))
+
+
+def _shaken(seed: int) -> Measurements:
+    motion = random_motion(Limits.of([-2.0], [2.0], [3.0], [15.0]), 0.2, 10, seed)
+    controller = Controller.of_bandwidth([6.0], frequency=4.0)
+    true = simulate(elastic(), {}, motion.at, controller, DURATION, RATE, settle=2 * motion.period)
+    return measure(true, Sensors(np.array([STEP, STEP]), np.full(2, FINE), NOISE[:1]), seed)
+
+
 @dataclass(frozen=True)
 class Case:
     """A log of a run, what is asked of `identify`, and true values of what is no parameter of the file."""
@@ -182,15 +206,16 @@ class Case:
     asked: Mapping[str, Any] = field(default_factory=dict)
     truth: Mapping[str, float] = field(default_factory=dict)
     wrong_file: bool = False
+    machine: Callable[[], Machine] = arm
 
     def identified(self, seed: int) -> Identification:
         """Return what is found in a run."""
-        machine = arm()
+        machine = self.machine()
         given = self.record(seed)
         records = [tidied(x, machine) for x in (given if isinstance(given, list) else [given])]
         if self.wrong_file:
             return identify(off(machine, WRONG, seed), records, **self.asked)
-        return identify(machine, records, Y=_y(), **self.asked)
+        return identify(machine, records, Y=_y(machine.name), **self.asked)
 
 
 BOTH = (1, 2)
@@ -229,20 +254,29 @@ CASES = {
     "load friction, possible": Case(
         _loaded, {"laws": LAWS["load friction"][0], "trust": math.inf}, LAWS["load friction"][2], wrong_file=True
     ),
+    "springs": Case(_shaken, machine=elastic),
+    "springs, possible": Case(_shaken, {"trust": math.inf}, wrong_file=True, machine=elastic),
+    "springs, possible, trust 0.3": Case(_shaken, {"trust": WRONG}, wrong_file=True, machine=elastic),
 }
 
 
 def truth_of(case: Case) -> dict[str, float]:
     """Return true values by label: of groups of the right file, and of what is no parameter."""
-    right = case if "unseen" in case.asked else CASES["plain"]
-    return {e.unknown.label: e.unknown.nominal for e in right.identified(0).estimates} | dict(case.truth)
+    right = case if "unseen" in case.asked else CASES["springs" if case.machine is elastic else "plain"]
+    found = {e.unknown.label: e.unknown.nominal for e in right.identified(0).estimates} | dict(case.truth)
+    return {bare(label): x for label, x in found.items()}
+
+
+def bare(label: str) -> str:
+    """Return a label without underscores, which stand where a name of the machine is taken."""
+    return label.replace("_", "")
 
 
 def deviations(found: Identification, truth: Mapping[str, float]) -> dict[str, tuple[float, float]]:
     """Return (estimate - truth) / std and std by label; with the file where it is trusted."""
     bodies = found.possible
     stated = bodies.with_file if bodies and math.isfinite(bodies.trust) else [e.std for e in found.estimates]
-    pairs = {e.unknown.label: (e.value, std) for e, std in zip(found.estimates, stated, strict=True)}
+    pairs = {bare(e.unknown.label): (e.value, std) for e, std in zip(found.estimates, stated, strict=True)}
     known = {x: y for x, y in pairs.items() if math.isfinite(truth.get(x, math.nan)) and math.isfinite(y[1])}
     return {label: ((value - truth[label]) / std, std) for label, (value, std) in known.items()}
 
@@ -258,7 +292,7 @@ def figures(title: str, runs: int, first: int, plain: Mapping[str, float]) -> tu
             refused += 1
             print(title, seed, error)
     z = np.array([x for one in each for x, _ in one.values()])
-    own = np.array([one[label][0] for one in each for label in case.truth if label in one])
+    own = np.array([one[label][0] for one in each for label in map(bare, case.truth) if label in one])
     std = {label: float(np.median([one[label][1] for one in each if label in one])) for label in each[0]}
     wider = [x / plain[label] for label, x in std.items() if label in plain] or [1.0]
     return {
@@ -275,6 +309,7 @@ def table(titles: Sequence[str], runs: int, first: int = 0) -> dict[str, dict[st
     for title in titles:
         found[title], std = figures(title, runs, first, plain)
         plain = plain or std
+        print(title, found[title], flush=True)
     return found
 
 
