@@ -65,6 +65,10 @@ def _torques(is_bare: bool) -> Callable[..., Array]:
     return lambda *motion: np.array(model.inverse_dynamics(*motion)[0])
 
 
+Record = Callable[[int], Measurements | list[Measurements]]
+"""From the number of a run, its log, or several."""
+
+
 @dataclass(frozen=True)
 class Draw:
     """A run: its motion, its times and its noise."""
@@ -202,7 +206,7 @@ def _shaken(seed: int) -> Measurements:
 class Case:
     """A log of a run, what is asked of `identify`, and true values of what is no parameter of the file."""
 
-    record: Callable[[int], Measurements | list[Measurements]] = _plain
+    record: Record = _plain
     asked: Mapping[str, Any] = field(default_factory=dict)
     truth: Mapping[str, float] = field(default_factory=dict)
     wrong_file: bool = False
@@ -221,7 +225,7 @@ class Case:
 BOTH = (1, 2)
 NEVER: dict[str, Any] = {"offsets": "never", "delay": "never"}
 HIDDEN = [ParameterLabels(arm())(j, quantity) for j in BOTH for quantity in ("IA", "FV", "FS")]
-LAWS = {
+LAWS: dict[str, tuple[FrictionLaws, Record, dict[str, float]]] = {
     "load friction": (FrictionLaws(load=BOTH), _loaded, {"FL1": LOAD, "FL2": LOAD}),
     "Stribeck": (FrictionLaws(stribeck=dict.fromkeys(BOTH, VELOCITY)), _stribeck, {"FB1": STATIC, "FB2": STATIC}),
     "temperatures": (

@@ -295,21 +295,15 @@ def excite(
 
     Any coefficients are scaled into the limits, so the search is free of constraints and every motion it visits
     keeps them. `box` are ranges of positions of frames by signal (`tool.x`, m), `payloads` those of parameters by name,
-    within which limits of torques and the box are kept. `progress` is called with evaluations
-    done, their number, and the best condition number. `known` are labels of parameters that are not sought. Motors
-    are independent joints (`with_independent_motors`). Deterministic by `seed`. Raises `InputError`.
+    within which limits are kept. `progress` is called with evaluations done, their number, and the best condition
+    number. `known` are labels of parameters that are not sought. Motors are independent joints
+    (`with_independent_motors`). Deterministic by `seed`. Raises `InputError`.
     """
     optimize = for_identification("scipy.optimize")
     _refuse_following(machine)
-    motors = len(machine.motors)
-    if motors != len(limits.low):
-        what = f"{len(limits.low)} given, the machine has {motors} motors"
-        raise machine.error("limits", what)
-    Y = regressor(machine, values)
-    within_box = Box(Y.machine, box) if box else None
-    each = corners(machine, values or {}, payloads or {})
-    loaded = [Response(machine, regressor(machine, x), within_box) for x in each]
-    response = Response(machine, Y, within_box, loaded)
+    if len(machine.motors) != len(limits.low):
+        raise machine.error("limits", f"{len(limits.low)} given, the machine has {len(machine.motors)} motors")
+    response = _response(machine, values or {}, box or {}, payloads or {})
     limits = replace(limits, torque=()) if response.unknown else limits
     tried = _drawn(response, limits, frequency, harmonics, range(seed, seed + max(1, min(starts, evaluations))))
     condition = Condition(response, tried[0], known)
@@ -323,10 +317,23 @@ def excite(
             optimize.minimize(search, start, method="L-BFGS-B", options={"eps": STEP, "maxfun": 10**6})
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
-    each = [] if response.unknown else [one.torques(search.best) for one in (response, *loaded)]
+    each = [] if response.unknown else [one.torques(search.best) for one in (response, *response.loaded)]
     torques = _ranges(np.concatenate(each)) if each else ()
     found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels, torques)
     return replace(found, unknown=response.unknown)
+
+
+def _response(
+    machine: Machine,
+    values: Mapping[str, float],
+    box: Mapping[str, tuple[float, float]],
+    payloads: Mapping[str, tuple[float, float]],
+) -> Response:
+    """Return the response of a machine, and those at the corners of ranges of payloads."""
+    Y = regressor(machine, values)
+    within_box = Box(Y.machine, box) if box else None
+    loaded = [Response(machine, regressor(machine, x), within_box) for x in corners(machine, values, payloads)]
+    return Response(machine, Y, within_box, loaded)
 
 
 def _drawn(

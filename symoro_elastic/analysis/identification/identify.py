@@ -128,38 +128,31 @@ def identify(
 
     `values` are numbers of its named parameters (geometry), `known` values of columns that are not sought
     (`M13`, `FS5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
-    decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` behind positions are
-    sought where data show them ("auto"), "always" or "never". With `trust` bodies are possible, and records may be
-    short: it is how far the file's values are from the truth, relative, infinite where they only fill what data do not
-    tell. `laws` are of friction beyond FV and FS. `robust` leaves out averages that stand out. `unseen` are labels of
-    columns that torques do not show: they are not sought, and a line says what that changes. Raises `InputError`.
+    decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` are sought where data
+    show them ("auto"), "always" or "never". `trust` is how far the file may be from the truth: bodies are possible, and
+    records may be short. `laws` are of friction beyond FV and FS. `robust` leaves out averages that stand out. `unseen`
+    are labels of columns that torques do not show. Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
     chosen = filter_of(records, _driven(machine), bandwidth) if filtered else None
-    parted = [in_pieces(record, chosen) for record in records]
-    if chosen:
-        refuse_rest([x for pieces in parted for x in pieces], chosen)
-        parted = [[without_spikes(piece, chosen, machine) for piece in pieces] for pieces in parted]
+    parted = [_continuous(record, chosen, machine) for record in records]
     step("trace")
     Y = Y or regressor(machine, values)
-    fixed = _known(Y.columns, {**dict.fromkeys(unseen, 0.0), **(known or {})}, machine)
     step("group")
-    equations = _grouped(machine, Y, fixed)
-    _refuse_amount([x for pieces in parted for x in pieces], chosen, len(equations.kept), trust is not None)
+    equations = _grouped(machine, Y, _known(Y.columns, {**dict.fromkeys(unseen, 0.0), **(known or {})}, machine))
+    _refuse_amount(parted, chosen, len(equations.kept), trust is not None)
     step("stack")
     stack = _Stack(equations, parted, chosen, laws or FrictionLaws())
     _refuse_zero_torques(stack.columns.torques(0.0)[0], records[0].source)
     step("solve")
     stack.hide(unseen)
-    sensors, estimation, tau, found = stack.estimated(offsets, delay, trust, robust)
+    sensors, estimation, tau, bodies = stack.estimated(offsets, delay, trust, robust)
+    notes = *stack.notes(), *estimation.notes, *of_sensors(estimation, sensors, machine)
+    notes += bodies.notes if bodies else ()
     springs = _springs(estimation, stack.columns.Y, len(equations.kept))
-    of_bodies = found.notes if found else ()
-    all_notes = (*stack.notes(), *estimation.notes, *of_sensors(estimation, sensors, machine), *of_bodies)
-    neutral = _neutral(estimation, machine)
-    return Identification(
-        equations, estimation, stack.t, tau, chosen, all_notes, springs, neutral, sensors, found, stack.laws
-    )
+    rest = springs, _neutral(estimation, machine), sensors, bodies, stack.laws
+    return Identification(equations, estimation, stack.t, tau, chosen, notes, *rest)
 
 
 class _Stack:
@@ -229,9 +222,9 @@ class _Stack:
 
     def _leave_out(self) -> None:
         """Leave out rows that stand out, and name them."""
-        rows = outliers_of(self.columns)
+        rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
         names = [joint.name for joint in self._equations.machine.independent_joints]
-        self._said += said_of(self.t, rows, self.columns.Y.any(axis=2), names)
+        self._said += said_of(self.t, rows, used, names)
         self.columns = without(self.columns, rows)
 
     def _with_laws(self) -> None:
@@ -376,9 +369,14 @@ def _equations(records: Sequence[Measurements], chosen: Filter | None) -> int:
     return sum(len(chosen.starts(len(record.t) - 2 * chosen.trim)) * record.q.shape[1] for record in records)
 
 
-def _refuse_amount(records: Sequence[Measurements], chosen: Filter | None, parameters: int, may_be_few: bool) -> None:
-    """Raise `InputError` for too few equations, unless they may be few, and for those that have no room; those with
-    both twins of noise count."""
+def _refuse_amount(
+    parted: Sequence[Sequence[Measurements]], chosen: Filter | None, parameters: int, may_be_few: bool
+) -> None:
+    """Raise `InputError` for records at rest, for too few equations, unless they may be few, and for those that have no
+    room; those with both twins of noise count."""
+    records = [piece for pieces in parted for piece in pieces]
+    if chosen:
+        refuse_rest(records, chosen)
     rows, source = _equations(records, chosen), records[0].source
     if not may_be_few:
         refuse_short(rows, parameters, chosen.correlation if chosen else (1.0,), source)
@@ -392,6 +390,13 @@ def _springs(estimation: Estimation, Y: Array, count: int) -> Array:
     own = [(k, c) for k, c in enumerate(estimation.grouping.kept) if c < count]
     kept = [(k, c) for k, c in own if estimation.estimates[c].unknown.quantity in ("K", "DA", "KQ")]
     return Y[:, :, [c for _, c in kept]] @ estimation.solution.X[[k for k, _ in kept]]
+
+
+def _continuous(record: Measurements, chosen: Filter | None, machine: Machine) -> list[Measurements]:
+    """Return the pieces of a record without gaps and spikes."""
+    if chosen is None:
+        return in_pieces(record, chosen)
+    return [without_spikes(piece, chosen, machine) for piece in in_pieces(record, chosen)]
 
 
 def _driven(machine: Machine) -> list[int]:

@@ -85,7 +85,7 @@ def _of_samples(result: Identification, sampled: Sampled) -> tuple[Array, ...]:
         residual[piece] = torque[piece] - predicted
     chosen, record = sampled.chosen, replace(sampled.record, t=motion.t)
     slow = [residual, torque] if chosen is None else [smooth(x, chosen, record) for x in (residual, torque)]
-    return sampled.counted, residual, torque, *slow
+    return sampled.counted.astype(float), residual, torque, *slow
 
 
 def _percent(residual: Array, torque: Array) -> Array:
