@@ -84,23 +84,31 @@ def build_of(options: Generating) -> Build:
     if precisions and all(len(TARGETS[name].precisions) == 1 for name in targets if name in TARGETS):
         raise InputError(COMMAND, "--precision", "concerns the C code: add --target c, or leave it out")
     tools = reporting(options.report, options.compiler, options.compiler_flags, targets)
-    return Build(targets, precisions, tools, options_of_unit(targets, options.models, options.fmi, options.start))
+    return Build(
+        targets,
+        precisions,
+        tools,
+        options_of_unit(targets, options.models, options.fmi, options.start, options.by_torque),
+    )
 
 
-def options_of_unit(targets: Sequence[str], models: Sequence[str], fmi: int, start: Values) -> fmu.Options:
+def options_of_unit(
+    targets: Sequence[str], models: Sequence[str], fmi: int, start: Values, by_torque: bool
+) -> fmu.Options:
     """Return the options of an FMU; raises `InputError` for those that have no meaning with these targets."""
     if fmi not in fmu.VERSIONS:
         raise InputError(COMMAND, "--fmi", f"there is no {fmi!r}: choose from {', '.join(map(str, fmu.VERSIONS))}")
     for given, option, what in (
         (start, "--start", "is where an FMU starts"),
         (fmi != fmu.VERSIONS[0], "--fmi", "is the version of an FMU"),
+        (by_torque, "--by-torque", "leaves drives out of an FMU"),
     ):
         if given and FMU not in targets:
             raise InputError(COMMAND, option, f"{what}: add --target {FMU}, or leave it out")
     if models and {*targets} == {FMU}:
         what = "an FMU has models of its own: leave it out, or add another target"
         raise InputError(COMMAND, "--model", what)
-    return fmu.Options(fmi, dict(start))
+    return fmu.Options(fmi, dict(start), by_torque)
 
 
 def reporting(report: bool, compiler: str, flags: str, targets: Sequence[str]) -> ToolChain | None:

@@ -125,8 +125,9 @@ def ladder(machine: MachineLike, options: Climbing) -> Ladder:
     """Return which springs, method and step the motions of a scene require, with errors predicted and measured.
 
     The scene has tables [motion] and [wanted] with a tolerance. With `budget` numbers of bodies, steps and precision
-    share the tolerance with springs: `budget` of the result. Raises `InputError`.
+    share the tolerance with springs: `budget` of the result. Its `write` writes the reduced scene. Raises `InputError`.
     """
+    from symoro_elastic.analysis.ladder.climbed import Asked
     from symoro_elastic.analysis.ladder.rungs import ladder as ladder_of
     from symoro_elastic.analysis.simulation.tolerances import tolerances
 
@@ -138,9 +139,11 @@ def ladder(machine: MachineLike, options: Climbing) -> Ladder:
     if options.budget and scene.within:
         raise InputError(asked.source, "scene, within", NO_TERMS)
     motions = _from_box(asked.motions, options.box or {}, options.starts, kept)
-    return ladder_of(
+    found = ladder_of(
         kept, motions, tolerances(wanted, kept), wanted.period, options.announce, options.progress, options.budget
     )
+    file = options.scene if isinstance(options.scene, str | Path) else None
+    return replace(found, asked=Asked(whole, scene, asked.wanted, file))
 
 
 def predicted_ladder(machine: MachineLike, scene: str | Path | Mapping[str, Any]) -> Ladder | None:

@@ -148,6 +148,7 @@ class Generating(RequestedModels):
     )
     fmi: int = option(2, "N", "Version of FMI of an FMU, 2 or 3.", kinds.WHOLE, least=2, most=3)
     start: Values = start_row()
+    by_torque: bool = switch("Motors of an FMU are given by torques, without their [drives].")
     merge_angles: float | None = merge_angles_row()
     steps: Sequence[str] = argument((), "Time steps beside the models: {names}.", names=method_names)
     force: bool = force_row()

@@ -14,7 +14,7 @@ from symoro_elastic.api.declaration import Options, option, part
 from symoro_elastic.api.options import Climbing, Integrating, Simulating
 from symoro_elastic.cli.listed import command
 from symoro_elastic.cli.options import JSON, MACHINE, OutputFile, Plots, call, draws, takes, writes
-from symoro_elastic.cli.output import print_json, print_parts, print_table, staged_progress, write_text
+from symoro_elastic.cli.output import print_json, print_parts, print_table, staged_progress
 from symoro_elastic.cli.reading import note, read, scene_of
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import COLUMNS, SCENES
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from symoro_elastic.analysis.ladder.climbed import Ladder
     from symoro_elastic.analysis.simulation.simulated import Simulation, Simulations
     from symoro_elastic.api.motions import Plan
-    from symoro_elastic.machine.described import DescribedMachine, Wanted
-    from symoro_elastic.machine.scene import Scene
+    from symoro_elastic.machine.described import Wanted
 
 
 @command("simulate")
@@ -152,7 +151,6 @@ def ladder(machine: str, options: Climbing, reduced: ReducedScene, plots: Plots,
 
     with staged_progress() as (announce, progress):
         whole = read(machine, announce=announce)
-        asked = scene_of(whole, options.scene)
         climbed = call(api.ladder, whole, options, announce=announce, progress=progress)
     wanted = motions_of_scene(whole, options.scene).wanted
     if as_json:
@@ -162,7 +160,9 @@ def ladder(machine: str, options: Climbing, reduced: ReducedScene, plots: Plots,
     else:
         _print_ladder(climbed, str(options.scene or machine), wanted)
     if reduced.save:
-        _write_reduced(climbed, whole, asked, wanted, reduced.save, options.scene)
+        if lost := climbed.save(reduced.save):
+            note(lost)
+        click.echo(f"wrote {reduced.save}", err=True)
     plots.write(climbed.plots)
 
 
@@ -186,33 +186,3 @@ def _print_budget(climbed: Ladder, budget: Budget, wanted: Wanted | None) -> Non
     print_parts(budget.parts())
     if wanted and (line := period_line(wanted, climbed.step_of(budget.advised.rung), budget.seconds)):
         click.echo(line)
-
-
-def _write_reduced(
-    climbed: Ladder, whole: DescribedMachine, asked: Scene, wanted: Wanted | None, path: str, file: object
-) -> None:
-    """Write the scene of the advised model, with the comments of the scene's file where it has one."""
-    from symoro_elastic.analysis.ladder.budget_views import advice as spent
-    from symoro_elastic.analysis.ladder.rungs import reduced_scene
-    from symoro_elastic.analysis.ladder.views import advice
-    from symoro_elastic.formats.toml.kept_text import in_text_of
-    from symoro_elastic.formats.toml.motions import motions_of, wanted_of
-    from symoro_elastic.formats.toml.scenes import scene_in
-    from symoro_elastic.formats.toml.tables import load
-    from symoro_elastic.formats.toml.writing import write_scene
-    from symoro_elastic.models.catalogue import MODELS
-
-    motions = [reference.prescribed for reference in climbed.references]
-    reduced = reduced_scene(climbed, whole, asked)
-    said = spent(climbed.budget) if climbed.budget else advice(climbed)
-
-    def normal(text: str) -> str:
-        top = load(text, path)
-        return write_scene(scene_in(top, whole, MODELS), motions_of(top, whole), wanted_of(top))
-
-    like = file if isinstance(file, str | Path) else None
-    text, lost = in_text_of(like, write_scene(reduced, motions, wanted), normal)
-    write_text(f"# {said}\n\n{text}", path)
-    if lost:
-        note(lost)
-    click.echo(f"wrote {path}", err=True)

@@ -122,8 +122,8 @@ class Package:
     shaped the code. Where joints are coupled `dependent` are joints that loops move and `driven` those of tau; they are
     None for a tree, whose motors all own entries of q: `motors` are their indices. `following` are kinds of the rows
     without a variable of their own that move, by name. `steps` names the methods of time steps, `state` the blocks that
-    they take further; `steps_by_torque` tells that motors are given by their torques only in them. `states` are names
-    of z: states of friction, then those of drives, which only some functions have.
+    they take further; `only` is the suffix of the one way in which they are given the motors, None for all. `states`
+    are names of z: states of friction, then those of drives, which only some functions have.
     """
 
     name: str
@@ -143,7 +143,7 @@ class Package:
     following: tuple[tuple[str, str], ...] = ()
     steps: tuple[str, ...] = ()
     state: tuple[Argument, ...] = ()
-    steps_by_torque: bool = False
+    only: str | None = None
     states: tuple[str, ...] = ()
 
     def __repr__(self) -> str:

@@ -134,8 +134,8 @@ def method_text(method: Method, package: Package, precision: Precision) -> Metho
 def variants(package: Package, with_states: bool) -> tuple[Variant, ...]:
     """Return the ways in which motors can be given: prescribed motions where they own entries of q, drives."""
     moves = bool(package.base) or len(package.motors) < len(package.axes)
-    found = [TORQUE]
-    if package.motor_names and not package.steps_by_torque:
+    found = [DRIVES if package.only == DRIVES.suffix else TORQUE]
+    if package.motor_names and package.only is None:
         found += [SERVO, *([DRIVEN] if package.has_motors_in_q and moves else [])]
         closed = any(function.name == CLOSED for function in package.functions)
         found += [DRIVES] if with_states and closed else []

@@ -35,7 +35,7 @@ def _freed(joint: Joint, j: int, sections: Collection[str], used: dict[str, str]
         left_out = formula.is_zero or formula == cell.column.default
         if formula.names or left_out or cell.column.section not in sections:
             return formula
-        name = _unused(f"{_stem(cell)}{j}", used)
+        name = unused_name(f"{_stem(cell)}{j}", used)
         used[name] = IN_USE
         named.append(Parameter(name, formula, joint.unit_of(cell)))
         return Formula.parse(name)
@@ -51,6 +51,7 @@ def _stem(cell: Cell) -> str:
     return stem + (cell.column.parts[cell.index] if cell.column.parts else "")
 
 
-def _unused(name: str, used: Reasons) -> str:
+def unused_name(name: str, used: Reasons) -> str:
+    """The name of a parameter, or one like it where it is used or cannot be one."""
     candidates: Sequence[str] = (name, f"free_{name}", *(f"free_{name}_{k}" for k in range(1, len(used) + 1)))
     return next(one for one in candidates if why_reserved(one, used) is None)

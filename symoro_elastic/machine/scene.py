@@ -58,10 +58,10 @@ class Scene:
     "tool in bed_x", "tool at (0.1, 0, L2)", columns of derivatives: "by M1, K2"; `locked` a joint's
     name to the value at which its variable is held; `static` likewise, of springs that are left out of the motion,
     None where they are held at their neutral position; `condense` makes one of springs in series with massless bodies
-    between; `zero` are numbers of bodies and rotors that are left out, as `zeroed.py` names them; `forces` are frames
-    on which wrenches act that the models take as arguments; `fold` lists parameters that become constants, or is
-    `ALL`. `merge_angles` is the largest angle, rad, up to which sums of angles may stand for products of sines and
-    cosines.
+    between; `zero` are numbers of bodies and rotors and parts of drives that are left out, as `zeroed.py` names them;
+    `forces` are frames on which wrenches act that the models take as arguments; `fold` lists parameters that become
+    constants, or is `ALL`. `merge_angles` is the largest angle, rad, up to which sums of angles may stand for products
+    of sines and cosines.
     `steps` are time steps beside the models, of `TimeStep`. `form` is one of `FORMS`. `within` are tolerances that
     terms are left out within.
     `source` is the file that the request stands in, where it has one of its own.

@@ -1,17 +1,20 @@
-"""Numbers of bodies and rotors that a scene leaves out: they are zero.
+"""Numbers of bodies and rotors, and parts of drives, that a scene leaves out: they are zero.
 
 A number is named by its joint and its column, as in cart_y.mass, ram.XX, ram.center_of_mass.z, motor_y.rotor_inertia.
-Whole numbers keep the structure of a machine: its inertia matrix is symmetric, and nothing is made from nothing.
+Parts of drives are lags, dead times and filters, motor_x.lag, motor_x.dead_time, motor_x.filter_1: what they let pass
+follows at once. Whole numbers keep the structure of a machine: its inertia matrix is symmetric, and nothing is made
+from nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import Cell, Dimension, cells, with_cells
-from symoro_elastic.machine.described import AnyMachine
+from symoro_elastic.machine.described import AnyMachine, DescribedMachine, drives_of
+from symoro_elastic.machine.drives import Drive, Drives
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -35,17 +38,42 @@ def with_zeros(machine: AnyMachine, names: Collection[str]) -> AnyMachine:
     """The machine in which these numbers are zero."""
     if not names:
         return machine
+    if isinstance(machine, DescribedMachine):
+        drives = {name: _without_parts(name, one, names) for name, one in machine.drives.by_motor.items()}
+        machine = replace(machine, drives=Drives(drives))
     joints = tuple(_zeroed(joint, names) for joint in machine.joints)
     return replace(machine, joints=joints, static={j: _zeroed(row, names) for j, row in machine.static.items()})
 
 
 def refuse_unknown(machine: Machine, names: Collection[str], source: str) -> None:
     """Raise `InputError` for what is no number of a body or a rotor, or is zero."""
-    known = numbers_of(machine)
+    known = [*numbers_of(machine), *parts_of_drives(machine)]
     for name in names:
         if name not in known:
-            what = f"no body or rotor has a number {quote(name)}{did_you_mean(name, known)}"
+            what = f"no body, rotor or drive has a number {quote(name)}{did_you_mean(name, known)}"
             raise InputError(source, "scene, zero", what)
+
+
+def parts_of_drives(machine: Machine) -> tuple[str, ...]:
+    """The parts of continuous drives that may be left out, by name; sampled ones are what their controllers are."""
+    drives = drives_of(machine).by_motor
+    return tuple(f"{name}.{part}" for name, one in drives.items() if one.period is None for part in _parts(one))
+
+
+def _parts(drive: Drive) -> Iterator[str]:
+    if drive.dead_time is not None and not drive.dead_time.is_zero:
+        yield "dead_time"
+    if not drive.lag.is_zero:
+        yield "lag"
+    yield from (f"filter_{k}" for k in range(1, len(drive.filters) + 1))
+
+
+def _without_parts(motor: str, drive: Drive, names: Collection[str]) -> Drive:
+    left_out = {part for part in _parts(drive) if f"{motor}.{part}" in names and drive.period is None}
+    kept = tuple(one for k, one in enumerate(drive.filters, start=1) if f"filter_{k}" not in left_out)
+    found = replace(drive, filters=kept) if len(kept) < len(drive.filters) else drive
+    found = replace(found, dead_time=None) if "dead_time" in left_out else found
+    return replace(found, lag=ZERO) if "lag" in left_out else found
 
 
 def _zeroed(joint: Joint, names: Collection[str]) -> Joint:

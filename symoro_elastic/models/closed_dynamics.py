@@ -7,41 +7,47 @@ from dataclasses import replace
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.scene import RECURSION
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import MODELS, trace_of
+from symoro_elastic.models.catalogue import MODELS, in_form, trace_of
 from symoro_elastic.models.drive_states import SET_POINTS, chains_of, inputs_of, state_symbols
 from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.model import Model, Result, Results, TracedModel
-from symoro_elastic.models.tracing import prune, schedule
+from symoro_elastic.models.tracing import Trace, prune, schedule
 from symoro_elastic.quantities import quantity
 
 NAME, FAMILY = "closed_dynamics", "time steps"
 
 
 def closed_dynamics(machine: Machine, folded: Sequence[str] = ()) -> TracedModel:
+    """Return the direct dynamic model under the drives as a program."""
+    return schedule(prune(closed_trace(Bound(machine, folded))))
+
+
+def closed_trace(bound: Bound, form: str = RECURSION) -> Trace:
     """Return the direct dynamic model under the drives: set points r, rd, rdd; `tau` is added to what they demand.
 
-    A motor without a drive has the torque tau. z are states of friction, then of drives.
+    A motor without a drive has the torque tau. z are states of friction, then of drives. `form` is that of the direct
+    dynamic model.
     """
-    bound = Bound(machine, folded)
-    chains = chains_of(bound)
+    machine, chains = bound.machine, chains_of(bound)
     symbols = state_symbols(chains, "z")
     entries = bound.arguments()
     rates: list[Scalar] = []
     for j, chain in chains.items():
-        z = [bound.graph.symbol(name) for name in symbols[j]]
-        found, bound.torques[j] = chain.answer(z, inputs_of(bound, j))
+        states = [bound.graph.symbol(name) for name in symbols[j]]
+        found, bound.torques[j] = chain.answer(states, inputs_of(bound, j))
         rates += found
-    results = _results(bound, rates)
-    model = on_its_base(replace(_MODEL, on_base=MODELS["direct_dynamics"].on_base), machine)
-    given = (*entries["z"], *(name for own in symbols.values() for name in own))
-    if not given:
-        model = replace(model, arguments=tuple(name for name in model.arguments if name != "z"), results=tuple(results))
-    return schedule(prune(trace_of(model, bound, results, given={"z": given})))
+    results = _results(bound, rates, form)
+    z = (*entries["z"], *(name for own in symbols.values() for name in own))
+    arguments = tuple(name for name in _MODEL.arguments if z or name != "z")
+    given = tuple(name for name in _MODEL.results if name in results)
+    model = replace(_MODEL, arguments=arguments, results=given, on_base=MODELS["direct_dynamics"].on_base)
+    return trace_of(on_its_base(model, machine), bound, results, given={"z": z})
 
 
-def _results(bound: Bound, rates: Sequence[Scalar]) -> Results:
-    found = MODELS["direct_dynamics"].run(bound, bound.machine.independent)
+def _results(bound: Bound, rates: Sequence[Scalar], form: str) -> Results:
+    found = in_form("direct_dynamics", form).run(bound, bound.machine.independent)
     entries = (*(found.pop("zd").entries if "zd" in found else ()), *rates)
     zd = {"zd": Result(None, entries, (len(entries),))} if entries else {}
     tau = Result(bound.motors, tuple(bound.torques[j] for j in bound.motors))

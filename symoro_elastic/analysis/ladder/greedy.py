@@ -1,4 +1,4 @@
-"""The order in which springs are left out: one more at each rung, the one that costs least."""
+"""The order in which springs and parts of drives are left out: one more at each rung, the one that costs least."""
 
 from __future__ import annotations
 
@@ -35,23 +35,23 @@ class SpringFigures:
 def backward_greedy(
     paths: Sequence[LinearPath], tolerance: Mapping[str, float], progress: Progress = no_progress
 ) -> tuple[Errors, ...]:
-    """Return the errors of every rung, from no spring left out to all, largest over the motions.
+    """Return the errors of every rung, from nothing left out to all springs and parts of drives.
 
-    At each rung the spring goes that costs least as a static one, relative to the tolerances of outputs. Errors are
-    not monotone: a later rung may be better than an earlier one.
+    Errors are the largest over the motions. At each rung that goes which costs least where it follows statically,
+    relative to the tolerances of outputs. Errors are not monotone: a later rung may be better than an earlier one.
     """
     deviations = [Deviations(path) for path in paths]
-    springs = paths[0].springs
-    rungs, costs = [spring_errors(deviations, [()])[0]], dict.fromkeys(springs, 0.0)
+    candidates = paths[0].candidates
+    rungs, costs = [spring_errors(deviations, [()])[0]], dict.fromkeys(candidates, 0.0)
     left_out: tuple[int, ...] = ()
-    while len(left_out) < len(springs):
-        tried = _tried([k for k in springs if k not in left_out], costs, first=not left_out)
+    while len(left_out) < len(candidates):
+        tried = _tried([k for k in candidates if k not in left_out], costs, first=not left_out)
         found = spring_errors(deviations, [(*left_out, k) for k in tried])
         costs |= {k: relative(errors.static, tolerance) for k, errors in zip(tried, found, strict=True)}
         least = min(range(len(tried)), key=lambda row: costs[tried[row]])
         left_out = (*left_out, tried[least])
         rungs.append(found[least])
-        progress(len(left_out), len(springs))
+        progress(len(left_out), len(candidates))
     return tuple(rungs)
 
 

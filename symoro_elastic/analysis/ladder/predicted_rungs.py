@@ -13,6 +13,7 @@ import numpy as np
 
 from symoro_elastic.analysis.ladder.greedy import backward_greedy
 from symoro_elastic.analysis.ladder.rung import MODEL_SHARE, Rung, Steps
+from symoro_elastic.analysis.simulation.prediction.loops import without_parts
 from symoro_elastic.analysis.simulation.prediction.path import LinearPath
 from symoro_elastic.analysis.simulation.prediction.resolution import resolved_path
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative, spring_errors
@@ -76,7 +77,7 @@ class Prediction:
     @staticmethod
     def _holds_along(rung: Rung, path: LinearPath) -> bool:
         """Whether the stiffness of the springs left out, with gravity and loads, is positive along a motion."""
-        rows = [path.joints.index(name) for name in rung.left_out]
+        rows = list(Prediction._springs(rung, path))
         block = path.K[:, rows][:, :, rows]
         symmetric = (block + block.transpose(0, 2, 1)) / 2
         return not rows or bool(np.linalg.eigvalsh(symmetric).min() > 0)
@@ -118,7 +119,8 @@ class Prediction:
 
     def worst_motion(self, rung: Rung) -> int:
         """Return the number of the motion on which the model of a rung is worst."""
-        each = [spring_errors([Deviations(path)], [self._left_out(rung, path)])[0] for path in self.paths]
+        entries = tuple(map(self.paths[0].joints.index, rung.left_out))
+        each = [spring_errors([Deviations(path)], [entries])[0] for path in self.paths]
         errors = [relative(one.locked if rung.locked else one.static, self.tolerance) for one in each]
         return int(np.argmax(errors))
 
@@ -127,7 +129,7 @@ class Prediction:
         if not self.moves(rung) or rung.chosen is None:
             return dict.fromkeys(self.tolerance, 0.0)
         each = [
-            single_precision_errors(self._path(rung, k), rung.chosen.steps, self._left_out(rung, path))
+            single_precision_errors(self._path(rung, k), rung.chosen.steps, self._springs(rung, path))
             for k, path in enumerate(self.paths)
         ]
         return {name: max(errors[name] for errors in each) for name in self.tolerance}
@@ -138,36 +140,46 @@ class Prediction:
         kept = [row for row, joint in enumerate(joints) if joint.name not in rung.left_out]
         state = reference.start
         start = replace(state, q=state.q[kept], qd=state.qd[kept], qdd=state.qdd[kept], tau=state.tau[kept])
-        return replace(reference, machine=reduced_machine(self.machine, reference, rung), start=start)
+        machine, drives = reduced_machine(self.machine, reference, rung), without_parts(reference.drives, rung.left_out)
+        return replace(reference, machine=machine, start=start, drives=drives)
 
     def _simulating(self, rung: Rung, k: int) -> Simulating:
-        linear = self._path(rung, k), self._left_out(rung, self.paths[k])
+        linear = self._path(rung, k), self._springs(rung, self.paths[k])
         return Simulating(self.reduced(rung, k), self.request, linear)
 
     def _path(self, rung: Rung, k: int) -> LinearPath:
         """Return the linear model of a rung on one motion."""
-        path = self.paths[k]
-        return path if rung.locked else path.recovering(self._left_out(rung, path))
+        path, springs = self.paths[k], self._springs(rung, self.paths[k])
+        path = path.without_parts([name for name in rung.left_out if name not in path.names(springs)])
+        return path if rung.locked else path.recovering(springs)
 
     @staticmethod
-    def _left_out(rung: Rung, path: LinearPath) -> tuple[int, ...]:
+    def _springs(rung: Rung, path: LinearPath) -> tuple[int, ...]:
         """Return the entries of q that a rung leaves out."""
-        return tuple(path.joints.index(name) for name in rung.left_out)
+        known = {path.joints[k]: k for k in path.springs}
+        return tuple(known[name] for name in rung.left_out if name in known)
 
 
 def held_springs(machine: Machine, reference: Reference, rung: Rung) -> dict[str, Formula]:
     """Return by joint where the springs that a rung leaves out are held: where a motion starts, or they are neutral."""
     rows = {joint.name: (k, joint) for k, joint in enumerate(machine.independent_joints)}
-    held = {name: Formula.parse(float(reference.start.q[rows[name][0]])) for name in rung.left_out}
+    springs = [name for name in rung.left_out if name in rows]
+    held = {name: Formula.parse(float(reference.start.q[rows[name][0]])) for name in springs}
     return held | {name: rows[name][1].spring.neutral for name in rung.neutral}
 
 
 def reduced_machine(machine: Machine, reference: Reference, rung: Rung) -> Machine:
-    """Return the machine with the springs that a rung leaves out held, static or locked, and its numbers left out."""
+    """Return the machine with the springs that a rung leaves out held, without the numbers and parts of drives."""
     held = held_springs(machine, reference, rung)
+    zero = zeros_of(rung, held)
     if rung.locked:
-        return restrict(machine, Scene(locked=held, zero=rung.zero))
-    return restrict(machine, Scene(static=dict(held), zero=rung.zero))
+        return restrict(machine, Scene(locked=held, zero=zero))
+    return restrict(machine, Scene(static=dict(held), zero=zero))
+
+
+def zeros_of(rung: Rung, held: Collection[str]) -> tuple[str, ...]:
+    """Return the parts of drives and the numbers that a rung leaves out, beside the springs that are held."""
+    return (*(name for name in rung.left_out if name not in held), *rung.zero)
 
 
 def single_precision_errors(path: LinearPath, steps: int, left_out: Collection[int] = ()) -> dict[str, float]:

@@ -13,7 +13,7 @@ from symoro_elastic.analysis.ladder.climbed import Ladder
 from symoro_elastic.analysis.ladder.greedy import spring_figures
 from symoro_elastic.analysis.ladder.measured_budget import budget_of
 from symoro_elastic.analysis.ladder.measured_rungs import Measurement
-from symoro_elastic.analysis.ladder.predicted_rungs import Prediction, held_springs
+from symoro_elastic.analysis.ladder.predicted_rungs import Prediction
 from symoro_elastic.analysis.ladder.rung import Rung
 from symoro_elastic.analysis.simulation.compiled_steps import refuse_still
 from symoro_elastic.analysis.simulation.prediction.output_matrices import is_torque
@@ -26,9 +26,7 @@ from symoro_elastic.foundation.progress import Announce, Progress, announce_noth
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.prescribed_motion import PrescribedMotion
-from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.series_springs import Condensed, condense
-from symoro_elastic.machine.static_springs import held_positions
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
 COUNT, SEED = 20, 0
@@ -48,6 +46,9 @@ def ladder(
     announce("predict")
     prediction = prediction_of(machine, motions, tolerance, period)
     rungs = prediction.rungs(progress)
+    if with_budget and prediction.references[0].drives:
+        what = "a budget is not spent on drives: leave out --budget, or drives"
+        raise prediction.references[0].prescribed.error("drives", what)
     announce("measure")
     measurement = Measurement(prediction)
     found = measured_ladder(measurement, rungs)
@@ -111,23 +112,6 @@ def _ladder(
         spring_figures(prediction.paths, prediction.tolerance),
         prediction.condensed,
     )
-
-
-def reduced_scene(found: Ladder, whole: Machine, scene: Scene) -> Scene:
-    """Return the scene of a whole machine with the method of the advised model, its springs held, numbers left out."""
-    rung, reference = found.advised, found.references[0]
-    if rung is None:
-        return scene
-    assert rung.chosen is not None
-    held = held_springs(found.machine, reference, rung)
-    steps = tuple(dict.fromkeys((*scene.steps, *filter(None, (rung.chosen.method,)))))
-    forces = dict.fromkeys((*scene.forces, *(str(x) for one in found.references for x in one.loaded.forces)))
-    zero = tuple(dict.fromkeys((*scene.zero, *rung.zero)))
-    condense = scene.condense or bool(found.condensed)
-    scene = replace(scene, forces=tuple(forces), steps=steps, condense=condense, zero=zero)
-    if rung.locked:
-        return replace(scene, locked={**scene.locked, **held})
-    return replace(scene, static={**held_positions(whole, scene.static), **held})
 
 
 def _by_cost(rungs: Sequence[Rung]) -> list[int]:

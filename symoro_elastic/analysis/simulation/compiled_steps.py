@@ -187,13 +187,6 @@ def refuse_sampled(reference: Reference) -> None:
         raise reference.prescribed.error("drives", what)
 
 
-def refuse_drives(reference: Reference) -> None:
-    """Raise `InputError` for motors with drives, whose states linear models of motions do not have."""
-    if reference.drives:
-        what = "no linear model of motions has drives: simulate, or leave drives out"
-        raise reference.prescribed.error("drives", what)
-
-
 def refuse_still(reference: Reference) -> None:
     """Raise `InputError` where no equations are left to integrate."""
     machine, given = reference.machine, reference.prescribed

@@ -53,7 +53,7 @@ from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.closed_dynamics import closed_dynamics
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
-from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.models.time_steps import WITHOUT_STATES, refuse_machines_without_steps
 from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.symbolic.program import OperationCount, Program
 
@@ -172,7 +172,7 @@ class Simulating:
 
     def largest_step(self, method: Method) -> float:
         """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others."""
-        if not isinstance(method, Tableau) or not self._is_tree:
+        if not isinstance(method, Tableau) or not (self._linear or self._is_tree):
             return math.inf
         return largest_stable_step(method, self.poles)
 
@@ -204,8 +204,8 @@ class Simulating:
         return min(self.candidates(), key=lambda name: self.steps_of(METHODS[name])[0] * self.cost.of(METHODS[name]))
 
     def candidates(self) -> list[str]:
-        """Return the methods to choose from."""
-        return list(CANDIDATES)
+        """Return the methods to choose from: drives have states, which only some carry."""
+        return [name for name in CANDIDATES if not (self.reference.drives and name in WITHOUT_STATES)]
 
     def error(self, key: str, what: str) -> InputError:
         """Return the error to raise about one key or option."""

@@ -273,8 +273,8 @@ SCENE = Section(
         ),
         Key(
             *("zero", keys.TEXTS),
-            "numbers of bodies and rotors that are left out: a joint and a key of [bodies] or [motors], "
-            "as `elbow.mass`, `elbow.center_of_mass.x`, `elbow.XX`",
+            "numbers of bodies and rotors, parts of drives (lag, dead_time, filter_1) that are left out: a joint and a "
+            "key, as `elbow.mass`, `elbow.center_of_mass.x`, `elbow.XX`",
             '["elbow.mass"]',
             default=(),
             otherwise="none",

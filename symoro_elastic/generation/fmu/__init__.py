@@ -10,7 +10,8 @@ VERSIONS = (2, 3)
 
 @dataclass(frozen=True)
 class Options:
-    """Version of FMI, 2 or 3, and where motors stand at the start, rad or m by joint."""
+    """Version of FMI, 2 or 3; where motors stand at the start, rad or m by joint; whether drives are left out."""
 
     version: int = VERSIONS[0]
     at: Mapping[str, float] = field(default_factory=dict)
+    by_torque: bool = False

@@ -21,6 +21,7 @@ from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.generation.fmu import Options
+from symoro_elastic.generation.fmu.motors import Given, between_samples, given_of, without_drives
 from symoro_elastic.generation.fmu.programs import Programs, programs_of, refuse_machines_without_unit
 from symoro_elastic.generation.fmu.scalar_variables import Layout, Variable, layout_of, unit_powers
 from symoro_elastic.generation.fmu.sources import interface_file, sources_of
@@ -66,16 +67,19 @@ def unit_of(machine: Machine, scene: Scene, options: Options, announce: Announce
     Without a C compiler it holds sources only. Raises `InputError` for machines that have no FMU.
     """
     announce("trace")
+    machine = without_drives(machine) if options.by_torque else machine
     kept = restrict(machine, scene)
     refuse_machines_without_unit(kept)
-    start = start_of(replace(kept, forces=()), options.at)
+    given, said = given_of(kept)
+    held = replace(kept, forces=())
+    start = start_of(between_samples(held) if given is Given.SAMPLES else held, options.at)
     programs = programs_of(machine, scene)
     announce("render")
     sources, description = _texts(kept, programs, start, options.version)
     announce("compile")
     binary = shared_library(programs.package, sources, options.version)
     files = _files(programs.package.name, description, sources, binary, options.version)
-    notes = (*start.notes, *(() if binary else (WITHOUT_BINARY,)))
+    notes = (*said, *start.notes, *(() if binary else (WITHOUT_BINARY,)))
     return MockUpUnit(archive_of(files), programs, notes)
 
 
@@ -83,7 +87,7 @@ def _texts(machine: Machine, programs: Programs, start: Start, version: int) -> 
     """Return sources by name, and the description; both hold a token that is made of them."""
     layout = layout_of(programs, start)
     structure = structure_of(programs, layout)
-    sources = sources_of(programs.package, layout, start, programs.method, version, UNTOLD)
+    sources = sources_of(programs, layout, start, version, UNTOLD)
     c = sorted(file for file in sources if file.endswith(".c"))
     name, summary = programs.package.name, _summary(machine)
     description = description_of(name, summary, layout, structure, start, c, version, UNTOLD)
@@ -226,13 +230,22 @@ def structure_of(programs: Programs, layout: Layout) -> Structure:
     symbols = _references(programs, layout)
     known = {one.reference for one in layout.block("P")}
     accelerations, *others = programs.traces
-    found = _unknowns(layout.block("DER_QD"), _roots(accelerations), symbols)
-    outputs = [one for trace in others for one in _unknowns(layout.block("Y"), _roots(trace), symbols)]
+    found = [
+        one
+        for result, block in (("qdd", "DER_QD"), ("zd", "DER_Z"))
+        if result in accelerations.results
+        for one in _unknowns(layout.block(block), accelerations.results[result].entries, symbols)
+    ]
+    torques = accelerations.results["tau_m"].entries if layout.block("TAU_M") else ()
+    outputs = _unknowns(layout.block("TAU_M"), torques, symbols)
+    outputs += [one for trace in others for one in _unknowns(layout.block("Y"), _roots(trace), symbols)]
     velocities = [
         Unknown(rate.reference, (state.reference,), ("constant",))
         for rate, state in zip(layout.block("DER_Q"), layout.block("QD"), strict=True)
     ]
-    states = [Unknown(one.reference, (one.reference,), ("constant",)) for one in layout.states]
+    states = [
+        Unknown(one.reference, (one.reference,), ("constant",)) for one in layout.states if one.causality == "output"
+    ]
     return Structure(
         (*states, *(_without(one, known) for one in outputs)),
         (*velocities, *(_without(one, known) for one in found)),
@@ -261,12 +274,13 @@ def _needed(root: Scalar, symbols: Mapping[str, frozenset[int]]) -> frozenset[in
 def _references(programs: Programs, layout: Layout) -> dict[str, frozenset[int]]:
     """Return the references of variables by symbol; those of what closes loops without closed form for q_dep."""
     of_inputs = {one.name: one.symbols for trace in programs.traces for one in trace.inputs}
-    inputs = [*of_inputs.get("tau", ()), *of_inputs.get("f_ext", ())]
-    motors = len(programs.machine.motors)
-    references = [one.reference for one in layout.block("INPUT")]
-    found = dict(zip(of_inputs.get("tau", ()), references[:motors], strict=True)) if of_inputs.get("tau") else {}
-    found |= dict(zip(of_inputs.get("f_ext", ()), references[motors:], strict=True)) if len(inputs) > motors else {}
+    references, first, found = layout.block("INPUT"), 0, dict[str, int]()
+    for name, size in programs.inputs.items():
+        held = programs.sampling and name == "tau"
+        found |= {} if held else _pairs(of_inputs.get(name, ()), references[first : first + size])
+        first += size
     found |= _pairs(of_inputs["q"], layout.block("Q")) | _pairs(of_inputs.get("qd", ()), layout.block("QD"))
+    found |= _pairs(of_inputs.get("z", ()), layout.block("Z"))
     found |= _pairs([one.name for one in programs.package.parameters], layout.block("P"))
     closing = {one.reference for block in ("Q", "P") for one in layout.block(block)}
     return {name: frozenset({one}) for name, one in found.items()} | dict.fromkeys(

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from symoro_elastic.generation.fmu.motors import Given
 from symoro_elastic.generation.fmu.outputs import Output
 from symoro_elastic.generation.fmu.programs import NamedCell, Programs
 from symoro_elastic.generation.fmu.start import Start
@@ -70,12 +71,12 @@ class Layout:
 
     def block(self, name: str) -> tuple[Variable, ...]:
         """Return the variables of a block."""
-        return next(block.variables for block in self.blocks if block.name == name)
+        return next((block.variables for block in self.blocks if block.name == name), ())
 
     @property
     def states(self) -> tuple[Variable, ...]:
-        """Positions, then velocities."""
-        return (*self.block("Q"), *self.block("QD"))
+        """Positions, velocities, then states of friction and drives."""
+        return (*self.block("Q"), *self.block("QD"), *self.block("Z"))
 
 
 def layout_of(programs: Programs, start: Start) -> Layout:
@@ -85,8 +86,11 @@ def layout_of(programs: Programs, start: Start) -> Layout:
         ("INPUT", "forces of motors, wrenches on frames", _inputs(programs, start)),
         ("Q", "joint variables", _states(joints, "q", "", start.q.tolist(), start.positions.tolist())),
         ("QD", "joint velocities", _states(joints, "qd", "/s", [0.0] * len(joints), start.velocities.tolist())),
+        *([("Z", "states of friction, then of drives", _further(programs, start))] if programs.states else []),
         ("DER_Q", "derivatives of joint variables", _derivatives(joints, "q", "/s")),
         ("DER_QD", "joint accelerations", _derivatives(joints, "qd", "/s2")),
+        *([("DER_Z", "rates of states of friction and drives", _rates(programs))] if programs.states else []),
+        *([] if programs.given is Given.TORQUES else [("TAU_M", "torques of motors", _torques(programs))]),
         ("Y", "outputs that are not states", map(_output, programs.outputs)),
         ("P", "parameters", _parameters(programs)),
     )
@@ -101,7 +105,7 @@ def layout_of(programs: Programs, start: Start) -> Layout:
 
 def _derivatives_of_states(blocks: Sequence[Block]) -> tuple[Block, ...]:
     firsts = {block.name: block.first for block in blocks}
-    of = {"DER_Q": firsts["Q"], "DER_QD": firsts["QD"]}
+    of = {f"DER_{name}": firsts[name] for name in ("Q", "QD", "Z") if name in firsts}
     return tuple(
         replace(
             block,
@@ -114,14 +118,53 @@ def _derivatives_of_states(blocks: Sequence[Block]) -> tuple[Block, ...]:
 
 
 def _inputs(programs: Programs, start: Start) -> Iterator[Variable]:
-    for joint, torque in zip(programs.machine.motor_joints, start.torques.tolist(), strict=True):
+    motors, has_drives = programs.machine.motor_joints, programs.given is not Given.TORQUES
+    if has_drives:
+        yield from _set_points(programs, start)
+    for joint, torque in zip(motors, start.torques.tolist(), strict=True):
         what = "force" if joint.sigma else "torque"
-        yield _input(f"{joint.name}.tau", joint.force_unit, f"{what} of the motor of {joint.name}", torque)
+        fed = " that is added to what its drive demands" if joint.name in programs.with_drive else ""
+        yield _input(f"{joint.name}.tau", joint.force_unit, f"{what} of the motor of {joint.name}{fed}", torque)
     for asked in programs.machine.forces:
         for component, unit in WRENCH:
             what = "force" if unit == "N" else "moment"
             described = f"{what} on {asked} along {component[1]} of frame 0"
             yield _input(f"{_quoted(str(asked))}.{component}", unit, described, 0.0)
+
+
+def _set_points(programs: Programs, start: Start) -> Iterator[Variable]:
+    """Positions, velocities and accelerations at which drives hold their motors."""
+    motors = programs.machine.motor_joints
+    for name, per, meaning, at in (
+        ("r", "", "set point of the position", start.motors.tolist()),
+        ("rd", "/s", "velocity of the set point", [0.0] * len(motors)),
+        ("rdd", "/s2", "acceleration of the set point", [0.0] * len(motors)),
+    ):
+        for joint, x in zip(motors, at, strict=True):
+            idle = "" if joint.name in programs.with_drive else f" ({IDLE})"
+            yield _input(f"{joint.name}.{name}", joint.unit + per, f"{meaning} of {joint.name}{idle}", x)
+
+
+def _further(programs: Programs, start: Start) -> Iterator[Variable]:
+    """States of friction and drives."""
+    bristles = {f"{programs.machine.joint(j).name}.friction": j for j in programs.machine.bristles}
+    for name, x, size in zip(programs.states, start.z.tolist(), start.states.tolist(), strict=True):
+        unit = programs.machine.joint(bristles[name]).unit if name in bristles else ""
+        what = "deflection of the bristle" if name in bristles else f"{name.partition('.')[2]} of the drive"
+        described = f"{what} of {name.partition('.')[0]}"
+        nominal = _number(float(f"{float(size):.{DIGITS - 1}e}"))
+        yield Variable(name, 0, _unit(unit), described, initial="exact", start=_number(x), nominal=nominal)
+
+
+def _rates(programs: Programs) -> Iterator[Variable]:
+    for name in programs.states:
+        yield Variable(f"der({name})", 0, "", f"rate of {name}", initial="calculated")
+
+
+def _torques(programs: Programs) -> Iterator[Variable]:
+    for joint in programs.machine.motor_joints:
+        what = f"{'force' if joint.sigma else 'torque'} that the motor of {joint.name} gives"
+        yield Variable(f"{joint.name}.tau_m", 0, _unit(joint.force_unit), what, "output", initial="calculated")
 
 
 def _input(name: str, unit: str, description: str, start: float) -> Variable:

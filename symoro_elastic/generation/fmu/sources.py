@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
 
 from symoro_elastic.codegen.c_lines import wrap_lines
 from symoro_elastic.codegen.integration.methods import Method
@@ -13,18 +15,25 @@ from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import SourceText, banner, c_text, files_of
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.codegen.time_steps import MethodText, method_text, rows_of_nodes
+from symoro_elastic.codegen.time_steps import MethodText, blocks_carried, method_text, rows_of_nodes
+from symoro_elastic.generation.fmu.programs import Programs
 from symoro_elastic.generation.fmu.scalar_variables import Layout
 from symoro_elastic.generation.fmu.start import Start
+from symoro_elastic.models.control import CONTROL, START
+from symoro_elastic.models.drive_states import SET_POINTS
+from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES
 
 TOLERANCE, FINEST = "1e-10", "1e-14"
 """Relative tolerance of co-simulation: unless the importer gives one, and at least."""
 MOST_STEPS = 1_000_000
 """Inside one communication step, those that are taken again among them."""
-STATE = {"q": "Q", "qd": "QD", "tau": "INPUT", "p": "P"}
-RESULTS = {"qdd": "DER_QD", "y": "Y", "dqdd": "DER_QD", "dy": "Y"}
-LOCAL = {"q_dep_out": "closed", "residual": "residual"}
-CALLED = ("direct_dynamics", "outputs", "direct_dynamics_directional", "outputs_directional", "assemble")
+STATE = {"q": "Q", "qd": "QD", "z": "Z", "p": "P"}
+RESULTS = {"qdd": "DER_QD", "zd": "DER_Z", "tau_m": "TAU_M", "y": "Y"}
+LOCAL = {"q_dep_out": "closed", "residual": "residual", "u": "m->sampled", "zc": "m->zc", "zc_next": "m->zc"}
+LOCAL |= {"q_motor": "measured", "qd_motor": "speed"}
+RATES = ("direct_dynamics", "closed_dynamics")
+CALLED = (*RATES, "outputs", *(f"{name}_directional" for name in (*RATES, "outputs")), "assemble")
+OF_SAMPLES = (CONTROL, START, MOTOR_COORDINATES)
 """Functions that an instance calls beside time steps."""
 PER_LINE = 6
 
@@ -38,10 +47,10 @@ class _Constants:
     prepare: str
 
 
-def sources_of(package: Package, layout: Layout, start: Start, method: Method, version: int, token: str) -> Files:
+def sources_of(programs: Programs, layout: Layout, start: Start, version: int, token: str) -> Files:
     """Return the sources of an FMU by name; `token` is what its description calls it by."""
-    text = c_text(package)
-    return {**files_of(text), interface_file(version): _interface(package, text, layout, start, method, version, token)}
+    text = c_text(programs.package)
+    return {**files_of(text), interface_file(version): _interface(programs, text, layout, start, version, token)}
 
 
 def interface_file(version: int) -> str:
@@ -49,15 +58,16 @@ def interface_file(version: int) -> str:
     return f"interface-fmi{version}.c"
 
 
-def _interface(
-    package: Package, text: SourceText, layout: Layout, start: Start, method: Method, version: int, token: str
-) -> str:
+def _interface(programs: Programs, text: SourceText, layout: Layout, start: Start, version: int, token: str) -> str:
+    package, method = programs.package, programs.method
     found = method_text(method, package, DOUBLE)
     constants = _constants(text, package)
     prepared = {one.array for one in constants}
     functions = {f.name: f for f in with_own_results(package).functions}
-    calls = {name: _call(package, functions[name], prepared) for name in CALLED if name in functions}
-    calls["step"] = _step(package, found, "c_step" in prepared)
+    calls = {name: _call(programs, functions[name], prepared) for name in (*CALLED, *OF_SAMPLES) if name in functions}
+    rates = next(name for name in RATES if name in functions)
+    calls |= {"rates": calls[rates], "rates_directional": calls[f"{rates}_directional"]}
+    calls["step"] = _step(programs, found, "c_step" in prepared)
     variables = layout.variables
     return wrap_lines(
         render(
@@ -70,10 +80,8 @@ def _interface(
             values=len(variables),
             n=len(package.axes),
             states=len(layout.states),
-            motors=len(package.motor_names),
-            inputs=len(layout.block("INPUT")),
-            forces=package.external,
-            given=len(package.motor_names) + package.external,
+            further=len(programs.states),
+            **_of_inputs(programs, functions),
             parameters=len(package.parameters),
             bounded=[one for one in layout.block("P") if one.minimum is not None],
             dependent=sum(block.size for block in package.assembled),
@@ -93,6 +101,21 @@ def _interface(
     )
 
 
+def _of_inputs(programs: Programs, functions: Mapping[str, Function]) -> dict[str, Any]:
+    """Return what templates are given of inputs, in rows of motors, and of samples: `fed` is where torques begin."""
+    package, rows, sampling = programs.package, list(programs.inputs.values()), programs.sampling
+    return {
+        "motors": len(package.motor_names),
+        "inputs": sum(rows),
+        "given": sum(rows),
+        "forces": package.external,
+        "rows": rows[: -1 if package.external else None],
+        "sampling": sampling,
+        "kept": len(functions[CONTROL].columns) if sampling else 0,
+        "fed": sum(programs.inputs[name] for name in SET_POINTS) if sampling else 0,
+    }
+
+
 def _exponent(method: Method) -> str:
     """Return the power of the step that its estimated error grows with: that of the embedded method plus one."""
     return f"{method.order}.0"
@@ -101,7 +124,7 @@ def _exponent(method: Method) -> str:
 def _constants(text: SourceText, package: Package) -> list[_Constants]:
     """Return the arrays of what depends on parameters only, of functions that are called and of time steps."""
     by_name = {function.name.removeprefix(f"{package.name}_"): function for function in text.functions}
-    called = [(name, by_name[name]) for name in CALLED if name in by_name]
+    called = [(name, by_name[name]) for name in (*CALLED, *OF_SAMPLES) if name in by_name]
     made = [
         _Constants(f"c_{name}", function.constants, f"{function.name}_prepare(&m->value[P], m->c_{name})")
         for name, function in called
@@ -113,17 +136,25 @@ def _constants(text: SourceText, package: Package) -> list[_Constants]:
     return made
 
 
-def _call(package: Package, function: Function, prepared: Collection[str]) -> str:
+def _call(programs: Programs, function: Function, prepared: Collection[str]) -> str:
     """Return the call of a function on an instance `m`; seeds and derivatives are in `along`."""
-    motors = len(package.motor_names)
-    places = {key: f"&m->value[{block}]" for key, block in STATE.items()}
-    places |= {EXTERNAL: f"&m->value[INPUT + {motors}U]"}
+    package, blocks = programs.package, STATE | _blocks_of_inputs(programs)
+    places = {key: f"&m->value[{block}]" for key, block in blocks.items()}
     places |= {block.name: f"m->{block.name}" for block in package.assembled}
-    places |= {f"seed_{key}": f"&along[{block}]" for key, block in STATE.items()}
-    places[f"seed_{EXTERNAL}"] = f"&along[INPUT + {motors}U]"
+    places |= {f"seed_{key}": f"&along[{block}]" for key, block in blocks.items()}
+    if function.name in OF_SAMPLES:
+        places |= {name: place.replace("m->value[INPUT", "given[0U") for name, place in places.items()} | {
+            "zc": "m->zc"
+        }
+    elif programs.sampling:
+        places |= {"tau": "m->held", "seed_tau": "still"}
     array = "along" if function.name.endswith("_directional") else "m->value"
+    along = array == "along"
     found = [places.get(a.name, a.name) for a in function.arguments]
-    results = [LOCAL.get(r.name) or f"&{array}[{RESULTS[r.name]}]" for r in function.results]
+    results = [
+        LOCAL.get(r.name) or f"&{array}[{RESULTS[r.name.removeprefix('d') if along else r.name]}]"
+        for r in function.results
+    ]
     has_constants = f"c_{function.name}" in prepared
     c = [f"m->c_{function.name}"] if has_constants else []
     suffix = "_prepared" if has_constants else ""
@@ -135,19 +166,27 @@ def _parameters(package: Package) -> str:
     return "&m->value[P]" if package.parameters else "NULL"
 
 
-def _step(package: Package, method: MethodText, has_constants: bool) -> str:
+def _blocks_of_inputs(programs: Programs) -> dict[str, str]:
+    """Return the places of inputs among values, by argument."""
+    firsts = accumulate(programs.inputs.values(), initial=0)
+    return {name: f"INPUT + {k}U" if k else "INPUT" for name, k in zip(programs.inputs, firsts, strict=False)}
+
+
+def _step(programs: Programs, method: MethodText, has_constants: bool) -> str:
     """Return the call of a time step with its error; inputs are in `u`, rows of torques before those of wrenches."""
-    variant = method.variants[0]
+    package, variant = programs.package, method.variants[0]
     nodes, motors = len(method.nodes), len(package.motor_names)
-    places = {"tau": "u", EXTERNAL: f"&u[{nodes * motors}U]"}
+    firsts = accumulate(programs.inputs.values(), initial=0)
+    places = {name: f"&u[{nodes * k}U]" if k else "u" for name, k in zip(programs.inputs, firsts, strict=False)}
     rates = {"taud": "m->input_rate", f"{EXTERNAL}d": f"&m->input_rate[{motors}U]"}
     rows = [places[name] for name in rows_of_nodes(variant, package)]
     changing = [rates[name] for name in variant.of_rate] if method.kind == "rosenbrock" else []
     c = ["m->c_step"] if has_constants else []
-    state = ["&m->value[Q]", "&m->value[QD]", *(f"m->{block.name}" for block in package.assembled), "error"]
+    known = {"q": "&m->value[Q]", "qd": "&m->value[QD]", "z": "&m->value[Z]"}
+    state = [*(known.get(block.name, f"m->{block.name}") for block in blocks_carried(variant, package)), "error"]
     suffix = "_prepared" if has_constants else ""
     arguments = [*rows, *changing, "h", _parameters(package), *c, *state]
-    return f"{package.name}_step_{method.name}_error{suffix}({', '.join(arguments)})"
+    return f"{package.name}_step_{method.name}{variant.suffix}_error{suffix}({', '.join(arguments)})"
 
 
 def _numbers(texts: Sequence[str]) -> Iterator[str]:

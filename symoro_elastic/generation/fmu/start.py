@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError, placed
+from symoro_elastic.generation.fmu.motors import Given, given_of
+from symoro_elastic.generation.fmu.rest import AtRest, start_of_states
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
@@ -35,6 +37,7 @@ class Start:
     `fastest` is the largest magnitude of a pole, rad/s; `duration` a few periods of the slowest vibration, at most
     `MOST_PERIODS` of the fastest, s. `notes`
     say why this is not an equilibrium, where it is none, and which joints do not start where they were asked to.
+    `motors` (m,) are positions of motors, `z` states of friction and drives and `states` their nominal values.
     """
 
     q: Array
@@ -45,6 +48,9 @@ class Start:
     fastest: float
     duration: float
     notes: tuple[str, ...] = ()
+    motors: Array = field(default_factory=lambda: np.zeros(0))
+    z: Array = field(default_factory=lambda: np.zeros(0))
+    states: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
@@ -73,7 +79,7 @@ def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
     speeds = np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(M, K))))
     fastest, slowest = max(speeds.max(initial=0.0), LEAST_SPEED), speeds[speeds > LEAST_SPEED].min(initial=np.inf)
     duration = PERIODS * 2 * np.pi / slowest if np.isfinite(slowest) else 1.0
-    return Start(
+    found = Start(
         np.array([own[j] for j in machine.independent]),
         np.array([own[j] for j in machine.dependent]),
         state.torques,
@@ -82,7 +88,34 @@ def start_of(machine: Machine, at: Mapping[str, float]) -> Start:
         float(fastest),
         float(min(duration, MOST_PERIODS * 2 * np.pi / fastest)),
         tuple(notes),
+        np.array([own[j] for j in machine.motors]),
     )
+    return _with_states(machine, found, own, _torques(machine, M, positions, rates, state))
+
+
+def _torques(machine: Machine, M: Array, positions: Array, rates: Array, state: State) -> Array:
+    """Return natural sizes of the torques of motors: what their own inertia takes, what holds the machine, at least."""
+    entries = {j: k for k, j in enumerate(machine.independent)}
+    own = [
+        abs(M[entries[j], entries[j]]) * positions[entries[j]] * rates[entries[j]] ** 2 if j in entries else 1.0
+        for j in machine.motors
+    ]
+    return np.maximum(own, np.abs(state.torques))
+
+
+def _with_states(machine: Machine, start: Start, own: Mapping[int, float], natural: Array) -> Start:
+    """Return the start with the states of friction, which is bent nowhere, and of drives."""
+    bristles = [machine.joint(j).friction for j in machine.bristles]
+    if not bristles and given_of(machine)[0] is Given.TORQUES:
+        return start
+    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    bent = [float(max(x.coulomb.value(values), x.static.value(values)) / x.bristle.value(values)) for x in bristles]
+    if given_of(machine)[0] is Given.TORQUES:
+        return replace(start, z=np.zeros(len(bent)), states=np.array(bent))
+    z, sizes, is_rest = start_of_states(AtRest(machine, own, start.motors), start.torques, natural)
+    sizes[: len(bent)] = bent
+    said = () if is_rest else ("the drives do not start at rest: they do not reach the torques that hold the machine",)
+    return replace(start, z=z, states=sizes, notes=(*start.notes, *said))
 
 
 def _state(motion: EquationsOfMotion, at: Mapping[str, float]) -> tuple[State, list[str]]:

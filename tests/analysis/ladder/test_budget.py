@@ -18,12 +18,12 @@ from symoro_elastic.analysis.ladder import measured_budget
 from symoro_elastic.analysis.ladder.budget import Budget, PathStep, Spent
 from symoro_elastic.analysis.ladder.budget_path import FILLED, BudgetPath
 from symoro_elastic.analysis.ladder.budget_views import advice, measured_line, times_line
-from symoro_elastic.analysis.ladder.climbed import Ladder
+from symoro_elastic.analysis.ladder.climbed import Ladder, reduced_scene
 from symoro_elastic.analysis.ladder.measured_budget import budget_of, measured_errors
 from symoro_elastic.analysis.ladder.measured_rungs import Measurement, SimulatedRung
 from symoro_elastic.analysis.ladder.numbers import LeftOutNumbers
 from symoro_elastic.analysis.ladder.predicted_rungs import WHOLE, Prediction
-from symoro_elastic.analysis.ladder.rungs import measured_ladder, reduced_scene
+from symoro_elastic.analysis.ladder.rungs import measured_ladder
 from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.prediction.spring_errors import relative
 from symoro_elastic.codegen.precision import MIXED

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from pytest import MonkeyPatch
 
-from symoro_elastic.analysis.ladder.climbed import Ladder
+from symoro_elastic.analysis.ladder.climbed import Ladder, reduced_scene
 from symoro_elastic.analysis.ladder.measured_rungs import Measurement
 from symoro_elastic.analysis.ladder.rung import Measured, Rung
-from symoro_elastic.analysis.ladder.rungs import ladder, measured_ladder, predicted_ladder, prediction_of, reduced_scene
+from symoro_elastic.analysis.ladder.rungs import ladder, measured_ladder, predicted_ladder, prediction_of
 from symoro_elastic.analysis.ladder.views import advice, arithmetic_line, predicted_line, springs_table
 from symoro_elastic.analysis.simulation.prediction.path import linear_path
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, relative, spring_errors

@@ -9,20 +9,22 @@ motion, so d is wrong by O(d^2). The next step is about q_r + d, v_r + d', a_r +
 holds M d'' + D d' + K d of the step before. What springs cost then is wrong by the square of the difference that they
 make.
 
-Motors without servo follow exactly: their rows are not equations then, but give their torques.
+Motors without servo follow exactly: their rows are not equations then, but give their torques. Drives are rows more,
+see `loops`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from inspect import signature
 from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.simulation.compiled_steps import refuse_drives
+from symoro_elastic.analysis.control.cascade import Cascade
+from symoro_elastic.analysis.simulation.prediction.loops import Loops, parts_of, refuse_drives, without_parts
 from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, Three, outputs_along
 from symoro_elastic.analysis.simulation.prediction.samples import between
 from symoro_elastic.analysis.simulation.prediction.small_motion import LinearMotion, SmallMotion, small_motion
@@ -50,7 +52,9 @@ class LinearPath:
 
     `moved` are the entries of q that d has, `springs` those among them that can be left out. `stiffness` (n,) and
     `damping` (N, n) are those of springs, dampers, friction and servos on the joints: diagonal; `preload` (n,) are the
-    forces of the springs at the start. SI units, radians.
+    forces of the springs at the start. Drives have coordinates after those of joints: `controlled` is what loops add to
+    D and K, `parts` are the entries of what they can do without, `known` (N, outputs) is what outputs have of them
+    without a deviation, `machine` the model without drives. SI units, radians.
     """
 
     reference: Reference
@@ -66,6 +70,51 @@ class LinearPath:
     stiffness: Array
     damping: Array
     preload: Array
+    controlled: tuple[Array, Array] | None = None
+    parts: tuple[int, ...] = ()
+    known: Array | None = None
+    machine: LinearPath | None = field(default=None, repr=False)
+
+    @property
+    def candidates(self) -> tuple[int, ...]:
+        """What can be left out: springs, then parts of drives."""
+        return (*self.springs, *self.parts)
+
+    def with_drives(self, drives: Sequence[Cascade]) -> LinearPath:
+        """Return the model of this machine under drives; itself without any."""
+        if not drives:
+            return self
+        n, loops = len(self.joints), Loops(self.reference, drives, self.t)
+        more = len(loops.names)
+        D, K = loops.matrices(n)
+        ends = ((0, 0), (0, more), (0, more))
+        M = np.pad(self.M, ends)
+        M[:, range(n, n + more), range(n, n + more)] = 1.0
+        outputs, known = loops.outputs(self.outputs, n)
+        parts = parts_of(drives)
+        return replace(
+            self,
+            joints=(*self.joints, *loops.names),
+            M=M,
+            D=np.pad(self.D, ends) + D,
+            K=np.pad(self.K, ends) + K,
+            R=np.pad(self.R, ends[:2]) + loops.forces(n),
+            outputs=outputs,
+            moved=(*self.moved, *range(n, n + more)),
+            stiffness=np.pad(self.stiffness, (0, more)),
+            damping=np.pad(self.damping, ends[:2]),
+            preload=np.pad(self.preload, (0, more)),
+            controlled=(D, K),
+            parts=tuple(k for k, name in enumerate(loops.names, start=n) if name in parts),
+            known=known,
+            machine=self,
+        )
+
+    def without_parts(self, left_out: Collection[str]) -> LinearPath:
+        """Return the model in which some parts of drives, by name, follow at once; itself without any."""
+        if self.machine is None or not left_out:
+            return self
+        return self.machine.with_drives(without_parts(self.reference.drives, left_out))
 
     @property
     def h(self) -> float:
@@ -112,20 +161,25 @@ class LinearPath:
 
     def states(self, t: Array) -> tuple[Array, Array, Array]:
         """Return q_r, v_r, a_r (N, n) at times (N,)."""
-        return self.reference.states(t)
+        more = len(self.joints) - self.reference.start.q.size
+        q, v, a = (np.pad(x, ((0, 0), (0, more))) if more else x for x in self.reference.states(t))
+        return q, v, a
 
     @property
     def every_second(self) -> LinearPath:
         """The model at every second time."""
         M, D, K, R = (x[::2] for x in (self.M, self.D, self.K, self.R))
-        every_second = self.outputs.every_second
-        return replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, damping=self.damping[::2], outputs=every_second)
+        every_second, known = self.outputs.every_second, None if self.known is None else self.known[::2]
+        found = replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, damping=self.damping[::2], outputs=every_second)
+        return replace(found, known=known, machine=None)
 
     def finer(self, samples: int) -> LinearPath:
         """Return the model at other times, evenly spaced: cubic between those that are known."""
         t = np.linspace(0.0, self.t[-1], samples)
         M, D, K, R, damping = (between(self.t, x, t) for x in (self.M, self.D, self.K, self.R, self.damping))
-        return replace(self, t=t, M=M, D=D, K=K, R=R, damping=damping, outputs=self.outputs.at(self.t, t))
+        known = None if self.known is None else between(self.t, self.known, t)
+        found = replace(self, t=t, M=M, D=D, K=K, R=R, damping=damping, outputs=self.outputs.at(self.t, t))
+        return replace(found, known=known, machine=None)
 
 
 def linear_path(
@@ -165,7 +219,7 @@ class _Along:
         """Return the model about the reference, or a deviation (N, 1, n) from it; d is from the reference in both."""
         states, driven = self.states, np.zeros_like(self.states[0])
         if deviation is not None:
-            d, dd, ddd = (x[:, 0] for x in (deviation.d, deviation.dd, deviation.ddd))
+            d, dd, ddd = (x[:, 0, : len(self.motion.names)] for x in (deviation.d, deviation.dd, deviation.ddd))
             states = states[0] + d, states[1] + dd, states[2] + ddd
         M, D, K = self._given_to(self.model.linearization, *states)
         taken = self._forces_taken(M, states)
@@ -192,9 +246,10 @@ class _Along:
                 diagonal[..., motors] += gains
                 matrix[:, motors, motors] += gains
         springs = tuple(k for k in self.machine.elastic_entries if k in moved and stiffness[k])
-        return LinearPath(
+        found = LinearPath(
             reference, tuple(names), self.t, M, D, K, R, outputs, tuple(moved), springs, stiffness, damping, preload
         )
+        return found.with_drives(reference.drives)
 
     def _forces_taken(self, M: Array, states: Three) -> Array:
         """Return ID(q, v, a) (N, n), springs and friction included, less what forces on frames do.

@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from symoro_elastic.analysis.simulation.prediction.loops import by_parts
 from symoro_elastic.analysis.simulation.prediction.path import LinearPath
 from symoro_elastic.analysis.simulation.prediction.small_motion import SmallMotion
 from symoro_elastic.foundation.array_types import Array
@@ -50,16 +51,29 @@ class Deviations:
     @cached_property
     def outputs(self) -> Array:
         """dy (N, outputs) with all springs."""
-        return self.path.outputs.of(self.whole)[:, 0]
+        return self._with_known(self.path.outputs.of(self.whole))[:, 0]
 
     def errors(self, sets: Sequence[Collection[int]]) -> tuple[Array, Array]:
-        """Return the errors (sets, outputs) of springs that are locked, and that are static."""
+        """Return the errors (sets, outputs) of springs that are locked, and that are static; parts of drives follow."""
+        whole = self.outputs[:, None]
+        locked, static = np.zeros((2, len(sets), whole.shape[-1]))
+        for parts, rows in by_parts(sets, self.path.parts):
+            springs = [tuple(k for k in sets[row] if k not in parts) for row in rows]
+            found = Deviations(self.path.without_parts(self.path.names(parts))).with_springs(springs)
+            locked[rows], static[rows] = (np.abs(whole - x).max(axis=0) for x in found)
+        return locked, static
+
+    def with_springs(self, sets: Sequence[Collection[int]]) -> tuple[Array, Array]:
+        """Return dy (N, sets, outputs) where springs are locked, and where they are static."""
         path, reduced = self.path, self.path.without(sets)
         locked = path.outputs.of(reduced)
         recovered = path.outputs.of(replace(reduced, d=reduced.d + self.static_deflections(reduced, sets)))
         static = np.where(path.outputs.follows, recovered, locked)
-        whole = self.outputs[:, None]
-        return np.abs(whole - locked).max(axis=0), np.abs(whole - static).max(axis=0)
+        return self._with_known(locked), self._with_known(static)
+
+    def _with_known(self, dy: Array) -> Array:
+        """Return dy (N, sets, outputs) with what is known of outputs without a deviation."""
+        return dy if self.path.known is None else dy + self.path.known[:, None]
 
     def under(self, forces: Array, left_out: Collection[int]) -> Array:
         """Return dy (N, sets, outputs) under each of several forces (N, sets, n), with the same springs static."""

@@ -3,8 +3,8 @@
     y' = y_r' + J (y - y_r) + [0; M^-1 R],    J = [0 I; -M^-1 K, -M^-1 D],    y = [q; v]
 
 M, D, K, R are cubic between their samples. T is that of generated steps: for W-methods the inertia at the beginning of
-the step, stiffness and damping of the joints themselves; for methods with exact derivatives J. Motors without servo are
-where they are prescribed to be at every stage. The exact solution is that of a fine run.
+the step, stiffness and damping of the joints themselves, and the loops of drives; for methods with exact derivatives J.
+Motors without servo are where they are prescribed to be at every stage. The exact solution is that of a fine run.
 """
 
 from __future__ import annotations
@@ -209,6 +209,8 @@ class StepErrors:
         if not isinstance(method, Rosenbrock):
             damping = between(path.t, path.damping, t)[:, rows]
             D, K = damping[:, :, None] * np.eye(len(rows)), np.diag(path.stiffness[rows])
+            if path.controlled is not None:
+                D, K = (x + loops[rows[:, None], rows] for x, loops in zip((D, K), path.controlled, strict=True))
         S = g * D + g**2 * K
         inverse = np.linalg.inv(M + S)
         return _Solver(g, rows, inverse @ S, inverse @ (g * K))

@@ -1,0 +1,159 @@
+"""Drives in the linear model along a motion: their states z are rates of coordinates w, one each.
+
+    w'' - A w' - B_x d_m - B_v d_m' = A z_0 + B u,    w' = z - z_0,    w(0) = w'(0) = 0
+    M d'' + D d' + K d - S_m^T (C w' + D_x d_m + D_v d_m') = R + S_m^T (C z_0 + D u - tau_0)
+
+z' = A z + B u, tau = C z + D u are the laws of drives, u their inputs where motors are on their set points, z_0
+their states at the start, d_m the deviations of motors. Nothing depends on w itself. Loops are rows more of M, D and K:
+whatever treats the small motion of a machine treats that of its drives.
+
+A part of a drive that follows at once (a lag, a dead time, a filter: all pass what is constant as it is) is left out of
+the law; the integral part stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from itertools import groupby
+
+import numpy as np
+
+from symoro_elastic.analysis.control.cascade import CURRENT, Biquad, Cascade, DeadTime, FirstOrder
+from symoro_elastic.analysis.control.drive_laws import XD, DriveLaw, X, law_of
+from symoro_elastic.analysis.simulation.compiled_steps import refuse_sampled
+from symoro_elastic.analysis.simulation.drive_torques import inputs_of
+from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, is_torque
+from symoro_elastic.analysis.simulation.reference_motion import Reference
+from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.described import drives_of
+
+CONTROLLER = "controller"
+
+
+def refuse_drives(reference: Reference) -> None:
+    """Raise `InputError` for what linear models of motions do not have of drives."""
+    refuse_sampled(reference)
+    known = drives_of(reference.machine).by_motor
+    for one in reference.drives:
+        drive = known[one.motor]
+        lacking = {
+            "period": drive.period,
+            "limits, torque": drive.torque_limit,
+            "limits, current": drive.current_limit,
+            "limits, voltage": drive.voltage_limit,
+            "set_point": drive.set_point,
+            "current, kp": drive.current,
+            "feed_forward, torque": drive.torque_forward or None,
+        }
+        for key in (key for key, x in lacking.items() if x is not None):
+            what = "has no part in a linear model of a motion: leave it out, or simulate"
+            raise reference.machine.error(f"drives, {one.motor}, {key}", what)
+
+
+def part_names(one: Cascade) -> list[str]:
+    """Return the name of each element of a path as a scene names it, `motor_x.lag`; empty for one that has to stay."""
+    filters, found = 0, []
+    for element in one.path:
+        part = "dead_time" if isinstance(element, DeadTime) else ""
+        if isinstance(element, FirstOrder | Biquad):
+            is_lag = element.name == CURRENT
+            filters += not is_lag
+            part = "lag" if is_lag else f"filter_{filters}"
+        found.append(f"{one.motor}.{part}" if part else "")
+    return found
+
+
+def without_parts(drives: Sequence[Cascade], left_out: Collection[str]) -> tuple[Cascade, ...]:
+    """Return the drives in which some parts follow at once."""
+    return tuple(
+        replace(one, path=tuple(x for x, name in zip(one.path, part_names(one), strict=True) if name not in left_out))
+        for one in drives
+    )
+
+
+def names_of_states(drives: Sequence[Cascade]) -> tuple[str, ...]:
+    """Return the names of w: a part that may be left out names the first of its states."""
+    return tuple(name for one in drives for name in _names(one))
+
+
+def _names(one: Cascade) -> Iterator[str]:
+    controller = len(law_of(replace(one, path=())).A)
+    yield from (f"{one.motor}.{CONTROLLER}_{k + 1}" for k in range(controller))
+    for element, name in zip(one.path, part_names(one), strict=True):
+        states = len(law_of(replace(one, path=(element,))).A) - controller
+        yield from ((name if name and k == 0 else f"{one.motor}.{element.name} {k + 1}") for k in range(states))
+
+
+def parts_of(drives: Sequence[Cascade]) -> tuple[str, ...]:
+    """Return the names of the parts that may be left out."""
+    return tuple(name for one in drives for name in part_names(one) if name)
+
+
+class Loops:
+    """The laws of drives along a motion, motors on their set points at times t (N,)."""
+
+    def __init__(self, reference: Reference, drives: Sequence[Cascade], t: Array) -> None:
+        self.drives, self.names = tuple(drives), names_of_states(drives)
+        self.laws = [law_of(one) for one in drives]
+        on = replace(reference, drives=self.drives).motion(t)
+        x, xd = reference.of_motors(on)
+        self._u = inputs_of(reference, on, x, xd)
+        (at,) = inputs_of(reference, on[:1], x[:1], xd[:1])
+        at[:, [2, X, XD]] = 0.0
+        self._rest = [law.rest @ u for law, u in zip(self.laws, at, strict=True)]
+        self._motors = list(reference.machine.motor_entries)
+        self._held = reference.start.torques
+
+    def _each(self) -> Iterator[tuple[int, slice, DriveLaw]]:
+        first = 0
+        for k, law in enumerate(self.laws):
+            yield k, slice(first, first + len(law.A)), law
+            first += len(law.A)
+
+    def matrices(self, n: int) -> tuple[Array, Array]:
+        """Return what loops add to D and K, (n + states, n + states) of a machine of n joints."""
+        D, K = np.zeros((2, n + len(self.names), n + len(self.names)))
+        for k, part, law in self._each():
+            m, own = self._motors[k], slice(n + part.start, n + part.stop)
+            D[own, own], D[own, m], K[own, m] = -law.A, -law.B[:, XD], -law.B[:, X]
+            D[m, own] = -law.C
+            D[m, m], K[m, m] = -law.D[XD], -law.D[X]
+        return D, K
+
+    def forces(self, n: int) -> Array:
+        """Return what drives them, (N, n + states)."""
+        R = np.zeros((len(self._u), n + len(self.names)))
+        for k, part, law in self._each():
+            R[:, n + part.start : n + part.stop] = law.A @ self._rest[k] + self._u[:, k] @ law.B.T
+            R[:, self._motors[k]] = self.known(k)
+        return R
+
+    def known(self, motor: int) -> Array:
+        """Return the torque (N,) of a drive on its set point with the states of the start, less what holds."""
+        law = self.laws[motor]
+        found: Array = law.C @ self._rest[motor] + self._u[:, motor] @ law.D - self._held[motor]
+        return found
+
+    def outputs(self, of: Outputs, n: int) -> tuple[Outputs, Array]:
+        """Return the rows of outputs with those of torques, and what is known of them (N, outputs)."""
+        Cq, Cv, Ca = (np.pad(C, ((0, 0), (0, 0), (0, len(self.names)))) for C in (of.Cq, of.Cv, of.Ca))
+        known = np.zeros(Cq.shape[:2])
+        motors = [one.motor for one in self.drives]
+        for row, name in enumerate(of.names):
+            if not is_torque(name):
+                continue
+            for k, part, law in self._each():
+                if motors[k] == name.rpartition(".")[0]:
+                    Cq[:, row, self._motors[k]], Cv[:, row, self._motors[k]] = law.D[X], law.D[XD]
+                    Cv[:, row, n + part.start : n + part.stop] = law.C
+                    known[:, row] = self.known(k)
+        return replace(of, Cq=Cq, Cv=Cv, Ca=Ca), known
+
+
+def by_parts(sets: Sequence[Collection[int]], parts: Collection[int]) -> Iterator[tuple[tuple[int, ...], list[int]]]:
+    """Yield the parts that are left out, and the numbers of the sets that leave them out."""
+    keys = [tuple(sorted(k for k in left_out if k in parts)) for left_out in sets]
+    order = sorted(range(len(sets)), key=lambda k: keys[k])
+    for key, rows in groupby(order, key=lambda k: keys[k]):
+        yield key, list(rows)

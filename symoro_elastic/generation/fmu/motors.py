@@ -1,0 +1,177 @@
+"""How the motors of an FMU are given: by their torques, by set points of their drives, or of sampled drives.
+
+Drives are those of the model `closed_dynamics`: whatever it has states for, an FMU has. Between its samples a sampled
+drive is nothing but its current loop, under a torque that is held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from enum import Enum
+from functools import partial
+from typing import Any
+
+from symoro_elastic.machine.described import DescribedMachine, drives_of
+from symoro_elastic.machine.drives import MOTOR, ONE, TUNED, Drive, Drives, gain_unit
+from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.freed import unused_name
+from symoro_elastic.machine.joints import Joint
+from symoro_elastic.machine.machine import Machine, Parameter
+from symoro_elastic.machine.names import IN_USE, Reasons
+from symoro_elastic.models.control import sampled_drives
+from symoro_elastic.models.drive_states import driven_motors
+
+WAY_OUT = "leave it out, or give --by-torque"
+KEYS = {"torque_limit": "limits, torque", "current": "current, kp"}
+"""Keys of a file whose names are others than those of a `Drive`."""
+UNITS = {"lag": "s", "dead_time": "s", "windup": "s", "ti": "s"}
+OF_SAMPLES = ("period", "dead_time", "time")
+"""Numbers that decide when a controller is called, and what it keeps: constants of an FMU."""
+SAME = 1e-9
+"""Of a period: a dead time that is this near to it is a period."""
+
+
+class Given(Enum):
+    """What is given of the motors."""
+
+    TORQUES = "torques"
+    SET_POINTS = "set points of drives"
+    SAMPLES = "set points of sampled drives"
+
+
+def given_of(machine: Machine) -> tuple[Given, tuple[str, ...]]:
+    """Return what is given of the motors of a machine, and a note where drives are left out.
+
+    Raises `InputError` for drives that no FMU has, by motor and key.
+    """
+    drives = drives_of(machine).by_motor
+    if not drives:
+        return Given.TORQUES, ()
+    if sought := [name for name, one in drives.items() if TUNED in (one.Kv, one.Kp, one.Tn)]:
+        what = f'torques of motors are inputs: gains of [drives] ({", ".join(sought)}) are "{TUNED}": control --save '
+        return Given.TORQUES, (f"{what}writes them",)
+    if any(one.period is not None for one in drives.values()):
+        for name, one in drives.items():
+            if one.measured != MOTOR:
+                what = f"sampled drives of an FMU measure the position of their motor: {WAY_OUT}"
+                raise machine.error(f"drives, {name}, measured", what)
+        sampled_drives(machine)
+        return Given.SAMPLES, ()
+    if not driven_motors(machine):
+        name, key = next(_without_states(machine), (next(iter(drives)), ""))
+        place = ", ".join(filter(None, ("drives", name, key)))
+        raise machine.error(place, f"no generated model has its states, so no FMU has: {WAY_OUT}")
+    return Given.SET_POINTS, ()
+
+
+def _without_states(machine: Machine) -> Iterator[tuple[str, str]]:
+    """Yield motors and keys of drives that alone keep a machine from a model with drives."""
+    described = DescribedMachine.of(machine)
+    for name, one in drives_of(machine).by_motor.items():
+        for field in fields(Drive):
+            value = getattr(one, field.name)
+            if field.default is MISSING or value == field.default:
+                continue
+            alone = Drive(ONE, ONE, **{field.name: value})
+            if not driven_motors(replace(described, drives=Drives({name: alone}))):
+                yield name, KEYS.get(field.name, field.name)
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """When sampled drives act: the period, s, times after a sample at which torques change, s, the first 0.
+
+    `applied` tells for each motor at which of these times its torque comes, their number for that of the next sample.
+    """
+
+    period: float
+    offsets: tuple[float, ...]
+    applied: tuple[int, ...]
+
+
+def sampling_of(machine: Machine) -> Sampling:
+    """Return when the sampled drives of a machine act; raises `InputError` for dead times longer than the period."""
+    drives = sampled_drives(machine)
+    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    period = min(float(one.period.value(values)) for one in drives.values() if one.period)
+    late = []
+    for j, one in drives.items():
+        dead = period if one.dead_time is None else float(one.dead_time.value(values))
+        if dead > period * (1 + SAME):
+            what = f"{dead:g} s is longer than the period, {period:g} s: give at most one period"
+            raise machine.error(f"drives, {machine.joint(j).name}, dead_time", what)
+        late.append(period if dead > period * (1 - SAME) else dead)
+    offsets = (0.0, *sorted({x for x in late if 0 < x < period}))
+    return Sampling(period, offsets, tuple((*offsets, period).index(x) for x in late))
+
+
+def between_samples(machine: Machine) -> Machine:
+    """Return the machine whose drives are their current loops, under torques that are held."""
+    described, drives = DescribedMachine.of(machine), drives_of(machine).by_motor
+    held = {name: Drive(ZERO, ZERO, velocity_forward=ZERO, lag=one.lag) for name, one in drives.items()}
+    return replace(described, drives=Drives(held))
+
+
+def without_drives(machine: Machine) -> Machine:
+    """Return the machine without its drives."""
+    return replace(machine, drives=Drives()) if isinstance(machine, DescribedMachine) else machine
+
+
+@dataclass(frozen=True)
+class DriveNumber:
+    """A number of a drive as a parameter: `motor_x.Kp` by its joint and its place in the drive, its unit."""
+
+    joint: Joint
+    place: str
+
+    @property
+    def unit(self) -> str:
+        """Its unit; empty for a number without one, and where it depends on what it belongs to."""
+        if self.place in ("Kv", "Kp", "Tn"):
+            return gain_unit(self.place, self.joint)
+        if self.place == "torque_limit":
+            return self.joint.force_unit
+        return UNITS.get(self.place.rpartition(".")[2], "")
+
+
+def with_free_drives(machine: Machine, taken: Reasons) -> tuple[Machine, dict[str, DriveNumber]]:
+    """Return the machine with the numbers of its drives as parameters, and these by the names of the parameters.
+
+    Zeros stay: they are structure; so do the times of samples, as numbers. `taken` are names that are none of
+    parameters.
+    """
+    drives, found = drives_of(machine).by_motor, dict[str, DriveNumber]()
+    if not drives:
+        return machine, {}
+    joints = {joint.name: joint for joint in machine.joints}
+    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
+    own = (machine.name, *joints, *(p.name for p in machine.parameters), *(x.variable or "" for x in machine.joints))
+    used, named = {**taken, **dict.fromkeys(own, IN_USE)}, list[Parameter]()
+
+    def free(joint: Joint, place: str, x: Formula) -> Formula:
+        if place.rpartition(".")[2] in OF_SAMPLES and drives[joint.name].period is not None:
+            return Formula.parse(float(x.value(values)))
+        if x.names or x.is_zero:
+            return x
+        number = DriveNumber(joint, place)
+        name = unused_name(f"{place.replace('.', '_')}{machine.joints.index(joint) + 1}", used)
+        used[name], found[name] = IN_USE, number
+        named.append(Parameter(name, x, number.unit))
+        return Formula.parse(name)
+
+    made = {name: _changed(one, "", partial(free, joints[name])) for name, one in drives.items()}
+    freed = replace(machine, drives=Drives(made), parameters=(*machine.parameters, *named))  # type: ignore[call-arg]
+    return freed, found
+
+
+def _changed(part: Any, place: str, change: Callable[[str, Formula], Formula]) -> Any:
+    """Return a drive, or a part of one, with every formula changed; places are names of fields and numbers of rows."""
+    if isinstance(part, Formula):
+        return change(place, part)
+    if isinstance(part, tuple):
+        return tuple(_changed(x, f"{place.removesuffix('s')}_{k}", change) for k, x in enumerate(part, start=1))
+    if not is_dataclass(part) or isinstance(part, type):
+        return part
+    names = [field.name for field in fields(part)]
+    return replace(part, **{x: _changed(getattr(part, x), f"{place}.{x}".lstrip("."), change) for x in names})
