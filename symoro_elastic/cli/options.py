@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import wraps
-from pathlib import PurePath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -14,7 +14,7 @@ from symoro_elastic.api.declaration import Option, Options, option, options
 from symoro_elastic.api.rows import WRITABLE
 from symoro_elastic.cli.output import print_written
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.foundation.file_forms import PAGES, PICTURE_FORMATS, form_of
+from symoro_elastic.foundation.file_forms import OF_FILES, PAGES, PICTURE_FORMATS, form_of
 
 if TYPE_CHECKING:
     from symoro_elastic.foundation.pictures import Figures
@@ -86,7 +86,8 @@ class OutputPage(OutputFile):
 
     def refuse(self, path: str, place: str) -> None:
         """Raise `InputError` for a page, or for a folder, that is not written."""
-        if PurePath(path).suffix.lower() in PAGES:
+        suffix = Path(path).suffix.lower()
+        if suffix in PAGES or (suffix in OF_FILES and not Path(path).is_dir()):
             super().refuse(path, place)
         else:
             OutputFolder().refuse(path, place)

@@ -18,6 +18,12 @@ PICTURE_FORMATS = ("png", "svg", "pdf")
 PAGES = (".html", ".htm")
 EQUATIONS = {".tex": "latex", ".html": "html", ".htm": "html", ".pdf": "pdf"}
 SCENES, MARKDOWN, SCHEMAS = (".toml",), (".md",), (".json",)
+DOCUMENTS = (".txt", ".log", ".rst", ".doc", ".docx", ".odt", ".rtf", ".xls", ".xlsx", ".ods", ".tsv", ".yaml", ".yml")
+CODE = (".c", ".h", ".cpp", ".hpp", ".cu", ".py", ".ipynb", ".js", ".st", ".comp", ".fmu", ".xml", ".par", ".urdf")
+OTHERS = (".jpg", ".jpeg", ".gif", ".webp", ".eps", ".mp4", ".zip", ".gz", ".tar", ".h5", ".hdf5", ".pkl", ".npy")
+WRITTEN = (*COLUMNS, *MODES, *LINEARIZATIONS, *RESPONSES, *SWEEPS, *PICTURES, *PAGES, *EQUATIONS, *SCENES, *MARKDOWN)
+OF_FILES = frozenset((*WRITTEN, *SCHEMAS, *DOCUMENTS, *CODE, *OTHERS))
+"""Suffixes of what is a file: no folder is made of such a name."""
 
 
 def form_of(path: str | Path, forms: Sequence[str] | dict[str, str], place: str = "file") -> str:

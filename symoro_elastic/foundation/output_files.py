@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.file_forms import OF_FILES
 from symoro_elastic.foundation.input_files import AT_ONCE, is_plain_file, kind_of_file
 
 try:
@@ -68,10 +69,18 @@ def refuse_file(path: str | Path, place: str = "file") -> None:
 
 
 def refuse_folder(path: str | Path, place: str = "folder") -> None:
-    """Raise `InputError` for a folder that is a file, or that cannot be made since a file is in its way."""
+    """Raise `InputError` for a folder that is a file, or that cannot be made since a file is in its way.
+
+    One that is not there yet is none that is called as a file: `report.txt`.
+    """
     _refuse_name(path, place)
     with failures(path, place):
         for folder in (Path(path), *Path(path).parents):
+            if folder.suffix.lower() in OF_FILES and not os.path.lexists(folder):
+                what = (
+                    f"a folder would be made, and {folder.suffix} ends names of files: leave it out, or make it first"
+                )
+                raise InputError(str(folder), place, what)
             if folder.exists() and not folder.is_dir():
                 what = "is a file, not a folder: choose another folder"
                 raise InputError(str(folder), place, what)

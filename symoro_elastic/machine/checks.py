@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 
-from symoro_elastic.machine.columns import LARGEST_SHARE, LEAST_ROUNDING, WITHOUT, Cell, Dimension, cells, columns
+from symoro_elastic.machine.columns import LEAST_ROUNDING, Cell, cells, columns
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.format_names import TOML
 from symoro_elastic.machine.formula import Formula, FormulaError, Tree, names_in
@@ -57,8 +57,9 @@ def check(machine: Machine, taken: Reasons = NONE, models: Models | None = None)
     _refuse(machine, (), ((place, doubt.what) for place, doubt in doubts if doubt.is_certain))
     values = parameter_values(machine)
     _check_values(machine, values)
-    _check_backlash(machine, values)
-    _refuse(machine, share_faults(machine, values), start_faults(machine, values))
+    _check_backlash(machine)
+    laws = ((j, fault) for j, joint in enumerate(machine.joints, start=1) for fault in law_faults(joint, values))
+    _refuse(machine, laws, start_faults(machine, values))
     if described.asked.scene is not None:
         resolve(described.asked.scene, machine, models)
     of_units = [f"{place}: {doubt.what}" for place, doubt in doubts]
@@ -217,8 +218,6 @@ def _cogging_faults(joint: Joint) -> Iterator[tuple[str, str]]:
 def _friction_faults(law: Friction) -> Iterator[tuple[str, str]]:
     if not law.bristle.is_zero and not law.creep.is_zero:
         yield "bristle, creep", "both make dry friction smooth: keep one"
-    if not law.bristle.is_zero and law.coulomb.is_zero:
-        yield "bristle", "the joint has no coulomb friction that it could hold: give coulomb"
     if not law.bristle.is_zero and law.bristle_damping.is_zero:
         yield "bristle_damping", "give it beside bristle; sqrt(bristle times the inertia of the joint) is usual"
     if law.static.is_zero != law.stribeck.is_zero:
@@ -266,29 +265,31 @@ def _check_values(machine: Machine, values: Mapping[str, float]) -> None:
             value = formula.table_value(values)
         except FormulaError as error:
             raise machine.error(place, str(error)) from None
-        if value < 0 and cell.column.dimension.is_nonnegative:
-            raise machine.error(place, f"{quote(formula)} is negative: {value:g}")
-        if value == 0 and cell.column.dimension in WITHOUT:
-            raise machine.error(place, f"{quote(formula)} is 0: leave it out, then {WITHOUT[cell.column.dimension]}")
-        if value >= LARGEST_SHARE and cell.column.dimension is Dimension.SHARE:
-            raise machine.error(place, f"{quote(formula)} is {value:g}: it must be below {LARGEST_SHARE}")
+        if what := cell.column.dimension.fault(value):
+            raise machine.error(place, f"{quote(formula)} {what}")
 
 
-def _check_backlash(machine: Machine, values: Mapping[str, float]) -> None:
+def law_faults(joint: Joint, values: Mapping[str, float]) -> Iterator[tuple[str, str]]:
+    """Faults of values that go together, with the key of the joint; those that are not known are passed over."""
+    spring, law = joint.spring, joint.friction
+    if not spring.rounding.is_zero and (spring.rounding.names | spring.backlash.names) <= values.keys():
+        backlash, rounding = spring.backlash.value(values), spring.rounding.value(values)
+        if rounding < LEAST_ROUNDING * backlash:
+            yield "rounding", f"{rounding:g} is sharper than {LEAST_ROUNDING:g} of the backlash {backlash:g}: give more"
+    if not law.bristle.is_zero and law.coulomb.names <= values.keys() and law.coulomb.value(values) == 0:
+        yield "bristle", "the joint has no coulomb friction that it could hold: give coulomb"
+    if joint.sharing.names <= values.keys() and joint.sharing.value(values) < 0:
+        yield "sharing", f"{quote(joint.sharing)} is negative: {joint.sharing.value(values):g}"
+
+
+def _check_backlash(machine: Machine) -> None:
     for j in machine.with_backlash:
-        joint, spring = machine.joint(j), machine.joint(j).spring
-        changed_by = ", ".join(sorted(spring.stiffness.names & machine.variables.keys()))
+        changed_by = ", ".join(sorted(machine.joint(j).spring.stiffness.names & machine.variables.keys()))
         if changed_by:
             what = (
                 f"its stiffness changes with {changed_by}, and a backlash needs a constant one: leave one of them out"
             )
-            raise machine.error(place_of(j, joint, "backlash"), what)
-        if spring.rounding.is_zero or not (spring.rounding.names | spring.backlash.names) <= values.keys():
-            continue
-        backlash, rounding = spring.backlash.value(values), spring.rounding.value(values)
-        if rounding < LEAST_ROUNDING * backlash:
-            what = f"{rounding:g} is sharper than {LEAST_ROUNDING:g} of the backlash {backlash:g}: give more"
-            raise machine.error(place_of(j, joint, "rounding"), what)
+            raise machine.error(place_of(j, machine.joint(j), "backlash"), what)
 
 
 def _check_known_parts(tree: Tree, values: Mapping[str, float]) -> float | None:
@@ -356,14 +357,6 @@ def _cycle(machine: Machine) -> Iterator[tuple[int, Fault]]:
         needed = [*(str(machine.joint(other).variable) for other in others), cell]
         if others:
             yield j, (cell, f"{cell} needs {', which needs '.join(needed)}: break the cycle")
-
-
-def share_faults(machine: Machine, values: Mapping[str, float]) -> Iterator[tuple[int, Fault]]:
-    """Shares of torque that are negative, with the number of the joint."""
-    for j, joint in enumerate(machine.joints, start=1):
-        share: Formula = joint.sharing
-        if share.names <= values.keys() and share.value(values) < 0:
-            yield j, ("sharing", f"{quote(share)} is negative: {share.value(values):g}")
 
 
 def share_warnings(machine: Machine) -> list[str]:

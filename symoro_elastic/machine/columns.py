@@ -64,6 +64,16 @@ class Dimension(Enum):
         """Whether a negative value is an error."""
         return self in NOT_NEGATIVE
 
+    def fault(self, x: float, by: str = "") -> str:
+        """Return why no cell of this dimension is x; empty where one may be. `by` says where x comes from."""
+        if x < 0 and self.is_nonnegative:
+            return f"is negative: {x:g}{by}"
+        if x == 0 and self in WITHOUT:
+            return f"is 0{by}: leave it out, then {WITHOUT[self]}"
+        if x >= LARGEST_SHARE and self is Dimension.SHARE:
+            return f"is {x:g}{by}: it must be below {LARGEST_SHARE}"
+        return ""
+
 
 NOT_NEGATIVE = (
     *(Dimension.MASS, Dimension.ROTOR_INERTIA, Dimension.STIFFNESS, Dimension.DAMPING),
@@ -77,9 +87,9 @@ LARGEST_SHARE = 0.9
 LEAST_ROUNDING = 1e-4
 """Of a backlash: at sharper edges digits are lost, and no step is small enough."""
 WITHOUT = {
-    Dimension.CREEP: "dry friction jumps at rest",
+    Dimension.CREEP: "dry friction jumps at rest (stribeck: leave out static, too)",
     Dimension.BACKLASH: "the spring is straight, or its edges are rounded by backlash/50",
-    Dimension.PER_TURN: "leave cogging out, too",
+    Dimension.PER_TURN: "there is no cogging: leave that out, too",
 }
 """Laws without a cell that cannot be 0."""
 OF_ROTORS = (

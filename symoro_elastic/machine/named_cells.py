@@ -7,10 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.columns import LARGEST_SHARE, LEAST_ROUNDING, WITHOUT, Cell, Dimension, cells, with_cells
+from symoro_elastic.machine.checks import law_faults
+from symoro_elastic.machine.columns import Cell, Dimension, cells, with_cells
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
+from symoro_elastic.machine.loop_checks import start_faults
 from symoro_elastic.machine.loops import branches
 from symoro_elastic.machine.machine import Joint, Machine, Parameter
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -35,14 +37,14 @@ def with_named_cells(machine: AnyMachine) -> AnyMachine:
 def with_values(machine: AnyMachine, values: Mapping[str, float]) -> AnyMachine:
     """Return the machine with other values of parameters, or of the cells named by `with_named_cells`.
 
-    Raises `InputError` for names that do not exist, and for values out of range or by which a mass is negative.
+    Raises `InputError` for names that do not exist, and for values that no file may have, such as a negative mass.
     """
     named = with_named_cells(machine)
     names = [parameter.name for parameter in named.parameters]
     refuse_values(machine, values, names)
     given = {name: Formula.parse(float(x)) for name, x in values.items()}
     parameters = tuple(replace(p, value=given.get(p.name, p.value)) for p in named.parameters)
-    refuse_wrong_signs(named, values, {p.name: p.value.value() for p in parameters if p.value is not None})
+    refuse_wrong_values(named, values, {p.name: p.value.value() for p in parameters if p.value is not None})
     return with_constants(replace(named, parameters=parameters), names[len(machine.parameters) :])
 
 
@@ -58,49 +60,32 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
             raise InputError(source, f"--value, {name}", str(error)) from None
 
 
-def refuse_wrong_signs(machine: Machine, given: Collection[str], values: dict[str, float]) -> dict[str, float]:
-    """Return the values; raises `InputError` where a given one makes a cell what a file may not give.
-
-    That is negative masses and stiffnesses, a creep velocity of 0, a share near 1, edges too sharp of a backlash.
-    """
+def refuse_wrong_values(machine: Machine, given: Collection[str], values: dict[str, float]) -> dict[str, float]:
+    """Return the values; raises `InputError` where a cell is what no file may say by a given one: a negative mass."""
     owners: list[tuple[str, Any]] = [(joint.name, joint) for joint in machine.joints]
     owners += [("base", body) for body in machine.free_bodies]
     for name, owner in owners:
+        touched = False
         for cell, formula in cells(owner):
-            is_given = not formula.names.isdisjoint(given) and formula.names <= values.keys()
-            if is_given:
-                _refuse_wrong(machine, f"{name}.{cell.name}", cell.column.dimension, formula, values)
-        if isinstance(owner, Joint):
-            _refuse_sharp(machine, owner, given, values)
+            if formula.names and not formula.names.isdisjoint(given) and formula.names <= values.keys():
+                _refuse(machine, f"{name}.{cell.name}", cell.column.dimension, formula, values)
+                touched = True
+        if touched and isinstance(owner, Joint):
+            for key, what in law_faults(owner, values):
+                raise InputError(machine.label, f"{name}.{key}", what)
+    for place, what in start_faults(machine, values) if machine.loops else ():
+        raise InputError(machine.label, place, what)
     return values
 
 
-def _refuse_wrong(
-    machine: Machine, place: str, dimension: Dimension, formula: Formula, values: Mapping[str, float]
-) -> None:
+def _refuse(machine: Machine, place: str, dimension: Dimension, formula: Formula, values: Mapping[str, float]) -> None:
+    """Raise `InputError` for the value of a cell that depends on parameters, or that has none."""
     try:
-        value = formula.value(values)
+        value = formula.table_value(values)
     except FormulaError as error:
         raise InputError(machine.label, place, str(error)) from None
-    what = ""
-    if value < 0 and dimension.is_nonnegative:
-        what = "is negative"
-    elif value == 0 and dimension in WITHOUT:
-        what = "must be above 0"
-    elif value >= LARGEST_SHARE and dimension is Dimension.SHARE:
-        what = f"must be below {LARGEST_SHARE}"
-    if what:
-        raise InputError(machine.label, place, f"{what}: {value:g} by {_by(formula, values)}")
-
-
-def _refuse_sharp(machine: Machine, joint: Joint, given: Collection[str], values: Mapping[str, float]) -> None:
-    rounding, backlash = joint.spring.rounding, joint.spring.backlash
-    names = rounding.names | backlash.names
-    if rounding.is_zero or names.isdisjoint(given) or not names <= values.keys():
-        return
-    if rounding.value(values) < LEAST_ROUNDING * backlash.value(values):
-        what = f"is sharper than {LEAST_ROUNDING:g} of the backlash: {rounding.value(values):g}, give more"
-        raise InputError(machine.label, f"{joint.name}.rounding", what)
+    if what := dimension.fault(value, f" by {_by(formula, values)}"):
+        raise InputError(machine.label, place, what)
 
 
 def _by(formula: Formula, values: Mapping[str, float]) -> str:

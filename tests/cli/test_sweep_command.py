@@ -62,9 +62,9 @@ def test_a_file_describes_a_sweep_and_options_go_before() -> None:
 
 def test_points_without_result_are_counted_and_null_in_json() -> None:
     found = json.loads(run("sweep", "slide.toml", "--over", "load.k=-1,1e4", "--hold", "all", "--json").stdout)
-    assert found["failed"] == {"0": "load.k = -1 is negative"} and found["figures"]["frequency_1"][0] is None
+    assert found["failed"] == {"0": "load.k is negative: -1"} and found["figures"]["frequency_1"][0] is None
     said = run("sweep", "slide.toml", "--over", "load.k=-1,1e4", "--hold", "all").stdout
-    assert "1 of 2 points have no result:" in said and "1 times load.k = -1 is negative" in said
+    assert "1 of 2 points have no result:" in said and "1 times load.k is negative: -1" in said
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,9 @@ from pathlib import Path
 import click
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic import cli
-from symoro_elastic.cli.options import InputFile, Output, OutputFile, OutputMachine, OutputPage
+from symoro_elastic.cli.options import InputFile, Output, OutputFile, OutputFolder, OutputMachine, OutputPage
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import PICTURE_FORMATS
 from symoro_elastic.foundation.output_files import STAGING, permission, write_all, write_file
@@ -88,8 +89,6 @@ def test_the_suffix_of_a_file_says_its_format(command: str, parameter: click.Par
     said = refused(command, *given, "out.docx")
     if isinstance(parameter.type, OutputMachine):
         assert said.startswith(f"out.docx: {place}: the suffix '.docx' is not a machine format")
-    elif isinstance(parameter.type, OutputPage):
-        assert "none.toml" in said  # a folder of that name
     else:
         assert said.startswith(f"out.docx: {place}: there is no format '.docx': end the name with ")
         assert all(form in said for form in parameter.type.forms)
@@ -108,6 +107,30 @@ def test_equations_are_written_in_the_format_of_the_suffix(tmp_path: Path) -> No
         == "eq: --out: its format is not said: end the name with .tex, .html, .htm or .pdf"
     )
     assert run(*asked, "--format", "html").stdout.startswith("<!doctype html>")
+
+
+def folders_written() -> list[tuple[str, click.Parameter]]:
+    """Each parameter of a command that is a folder, or a page in one."""
+    commands = cli.cli.commands.items()
+    return [(name, p) for name, one in commands for p in one.params if isinstance(p.type, OutputFolder | OutputPage)]
+
+
+@pytest.mark.parametrize(("command", "parameter"), folders_written(), ids=str)
+def test_no_folder_is_called_as_a_file(command: str, parameter: click.Parameter, tmp_path: Path) -> None:
+    """`report --out r.txt` made a folder r.txt; a folder that is there may be called so, and `v1.2` is one, too."""
+    assert isinstance(parameter.type, Output)
+    for name in ("r.txt", "plots.PNG", "r.json", "r.zip"):
+        with pytest.raises(InputError, match=r"leave it out|end the name with \.html"):
+            parameter.type.refuse(name, parameter.opts[0])
+    (tmp_path / "r.txt").mkdir()
+    for name in ("r.txt", "v1.2", "plots", ".", "r.txt/inner"):
+        parameter.type.refuse(name, parameter.opts[0])
+
+
+def test_results_in_python_make_no_folder_called_as_a_file(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="leave it out"):
+        se.generate(TWO_R, ["inertia_matrix"], out="generated.zip")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.thorough

@@ -10,6 +10,7 @@ spring holds the slider, with numbers of our own.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 CRANK, ROCKER = {"antecedent": 0, "kind": "motor", "sigma": 0}, {"antecedent": 0, "kind": "passive", "sigma": 0}
@@ -100,24 +101,33 @@ def windows(count: int) -> dict[str, Any]:
     return {"name": "windows", "gravity": [0, -9.81, 0], "joints": joints, "loops": loops, "bodies": bodies}
 
 
-def bricard() -> dict[str, Any]:
-    """Five rods of 1 m and 1 kg, with the ground the six edges of a cube: six hinges, one freedom.
+RECTANGULAR = (1.0, 0.9, 1.1, 1.2, 0.8, 0.6**0.5)
+"""Links of a rectangular Bricard mechanism, m, the last one on the ground: a1^2 + a3^2 + a5^2 = a2^2 + a4^2 + a6^2."""
 
-    Neighbouring axes are at right angles. Gravity acts along the second rod as it starts.
+
+def bricard(links: Sequence[float] = (1.0,) * 6, crank: float | str = "pi/2") -> dict[str, Any]:
+    """Five rods of 1 kg between six hinges without offsets, neighbouring axes at right angles: one freedom.
+
+    The last link is the ground. As it stands the rods and the ground are the six edges of a cube, and gravity acts
+    along the second rod. `crank` is where the first hinge starts; the others are found from there.
     """
-    rod = {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0, 1 / 12, 1 / 12]}
     passive, turns = {"kind": "passive", "sigma": 0}, ("-pi/2", "pi/2")
     joints: list[dict[str, Any]] = [{"name": "J1", **CRANK, "theta": "q1"}]
     for k in range(2, 6):
         before = {"antecedent": f"J{k - 1}", "alpha": turns[k % 2 == 0]}
-        joints.append({"name": f"J{k}", **before, **passive, "d": 1, "theta": f"q{k}"})
+        joints.append({"name": f"J{k}", **before, **passive, "d": links[k - 2], "theta": f"q{k}"})
+    last = {"kind": "cut", "sigma": 0, "alpha": "pi/2", "d": links[4], "theta": "q6"}
     joints += [
-        {"name": "J6", "antecedent": "J5", "kind": "cut", "sigma": 0, "alpha": "pi/2", "d": 1, "theta": "q6"},
-        {"name": "ground", "antecedent": 0, "kind": "fixed", "sigma": 2, "alpha": "pi/2", "d": -1},
+        {"name": "J6", "antecedent": "J5", **last},
+        {"name": "ground", "antecedent": 0, "kind": "fixed", "sigma": 2, "alpha": "pi/2", "d": -links[5]},
     ]
     names = [f"q{k}" for k in range(1, 6)]
-    ring = {"cut": "J6", "meets": "ground", "dependent": names[1:], "start": dict.fromkeys(names, "pi/2")}
-    bodies = {f"J{k}": rod for k in range(1, 6)}
+    start = {**dict.fromkeys(names, "pi/2"), "q1": crank}
+    ring = {"cut": "J6", "meets": "ground", "dependent": names[1:], "start": start}
+    bodies = {
+        f"J{k}": {"mass": 1, "center_of_mass": [a / 2, 0, 0], "inertia": [0, a * a / 12, a * a / 12]}
+        for k, a in enumerate(links[:5], start=1)
+    }
     return {"name": "bricard", "gravity": [0, 0, 9.81], "joints": joints, "loops": {"ring": ring}, "bodies": bodies}
 
 

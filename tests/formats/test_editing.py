@@ -178,3 +178,10 @@ def test_every_cell_has_its_line(name: str) -> None:
             after = with_cell(text, path, "4.50e-3", "file").splitlines()
             (changed,) = (k for k, row in enumerate(after, start=1) if row != rows[k - 1])
             assert lines.of(f"joint {number} ({joint}), {path[2]}") == changed
+
+
+def test_a_message_about_a_strange_key_is_one_line() -> None:
+    for path in (["nothing", 'x"y\n'], ["joints", 99, "a" * 500], ["x\x1b[2J", "y"]):
+        with pytest.raises(InputError) as refused:
+            with_cell(ODD, path, "1", "f.toml")
+        assert str(refused.value).isprintable() and len(str(refused.value)) < 200

@@ -18,6 +18,8 @@ Tables = Mapping[str, Any]
 STEP = 1e-30
 NAMES = {"pi": math.pi}
 AXES = {"x": 0, "y": 1, "z": 2}
+ORDERS = {"q": 0, "qd": 1, "qdd": 2, "": 0, "v": 1, "a": 2, "wd": 2}
+"""How often a signal is derived: those of motors by their names, those of frames by what stands before the axis."""
 
 
 def with_labels(tables: Tables, values: Mapping[str, float]) -> dict[str, Any]:
@@ -53,11 +55,11 @@ class VibratingTables:
 
     def coordinates(self, q: Any) -> dict[str, Any]:
         """All variables by name, dependent ones too."""
-        found = dict(zip(self.variables, q, strict=True))
+        found = dict(zip(self.variables, np.moveaxis(np.asarray(q), -1, 0), strict=True))
         return found | (self.dependent(found) if self.dependent else {})
 
     def frames(self, q: Any) -> dict[str, Any]:
-        """Frame of each joint, (4, 4), complex."""
+        """Frame of each joint (..., 4, 4), complex, at q (..., n)."""
         symbols = {**self.constants, **self.coordinates(q)}
         frames: dict[Any, Any] = {0: np.eye(4, dtype=complex)}
         last: Any = 0
@@ -70,10 +72,18 @@ class VibratingTables:
         return frames
 
     def jacobian(self, q: Any, of: Callable[[Any], Any]) -> Any:
-        """Derivatives of numbers by q, (numbers, n)."""
-        n = len(q)
-        columns = [np.imag(of(np.asarray(q) + 1j * STEP * np.eye(n)[k])) / STEP for k in range(n)]
-        return np.stack([np.ravel(x) for x in columns], axis=-1)
+        """Derivatives (..., numbers, n) of numbers (..., numbers) by q (..., n)."""
+        q = np.asarray(q)
+        return np.moveaxis(np.imag(of(q[..., None, :] + 1j * STEP * np.eye(q.shape[-1]))) / STEP, -2, -1)
+
+    def place(self, q: Any, frame: str, point: Any) -> Any:
+        """A point of a frame (..., 3)."""
+        return (self.frames(q)[frame] @ np.append(point, 1.0))[..., :3]
+
+    def turns(self, q: Any, frame: str) -> Any:
+        """The nine entries of the rotation of a frame (..., 9)."""
+        R = self.frames(q)[frame][..., :3, :3]
+        return R.reshape(*R.shape[:-2], 9)
 
     def bodies(self) -> list[tuple[str, float, Any, Any]]:
         """Name, mass, centre of mass and inertia about it, of each body."""
@@ -90,10 +100,9 @@ class VibratingTables:
         n = len(q)
         M, here = np.zeros((n, n)), self.frames(q)
         for name, mass, c, tensor in self.bodies():
-            at = np.append(c, 1.0)
-            J = self.jacobian(q, lambda x, name=name, at=at: (self.frames(x)[name] @ at)[:3])
+            J = self.jacobian(q, lambda x, name=name, c=c: self.place(x, name, c))
             R = np.real(here[name][:3, :3])
-            dR = self.jacobian(q, lambda x, name=name: self.frames(x)[name][:3, :3]).reshape(3, 3, n)
+            dR = self.jacobian(q, lambda x, name=name: self.turns(x, name)).reshape(3, 3, n)
             spin = np.einsum("ji,jkn->ikn", R, dR)
             w = np.stack([spin[2, 1], spin[0, 2], spin[1, 0]])
             M += mass * J.T @ J + w.T @ tensor @ w
@@ -103,8 +112,8 @@ class VibratingTables:
         return M
 
     def rates(self, q: Any, joint: str) -> Any:
-        """Derivative (n,) of a joint's own variable by q."""
-        return self.jacobian(q, lambda x: np.array([self.coordinates(x)[self.names[joint]]]))[0]
+        """Derivative (..., n) of a joint's own variable by q."""
+        return self.jacobian(q, lambda x: self.coordinates(x)[self.names[joint]][..., None])[..., 0, :]
 
     def gravity_forces(self, q: Any) -> Any:
         """Gradient of the energy of gravity."""
@@ -112,9 +121,11 @@ class VibratingTables:
 
         def energy(x: Any) -> Any:
             frames = self.frames(x)
-            return np.array([sum(-m * g @ (frames[name] @ np.append(c, 1.0))[:3] for name, m, c, _ in self.bodies())])
+            each = (-m * ((frames[name] @ np.append(c, 1.0))[..., :3] @ g) for name, m, c, _ in bodies)
+            return sum(each)[..., None]  # type: ignore[index]
 
-        return self.jacobian(q, energy)[0]
+        bodies = self.bodies()
+        return self.jacobian(q, energy)[..., 0, :]
 
     def springs(self, q: Any) -> tuple[Any, Any]:
         """K and D of springs, dampers and viscous friction, by the rates of their own variables."""
@@ -130,10 +141,10 @@ class VibratingTables:
         return K, D
 
     def deflections(self, q: Any) -> Any:
-        """Generalised forces (n,) of the springs; their own variables are zero without load."""
+        """Generalised forces (..., n) of the springs; their own variables are zero without load."""
         values = self.coordinates(q)
         return sum(
-            self.number(spring["stiffness"]) * np.real(values[self.names[name]]) * self.rates(q, name)
+            self.number(spring["stiffness"]) * np.real(values[self.names[name]])[..., None] * self.rates(q, name)
             for name, spring in self.tables.get("springs", {}).items()
         )
 
@@ -156,12 +167,9 @@ class VibratingTables:
     def stiffness(self, q: Any) -> Any:
         """K: slopes of the forces of springs and gravity."""
         h = 1e-5
-        n = len(q)
-        forces = [
-            [self.gravity_forces(q + way * h * e) + self.deflections(q + way * h * e) for way in (1, -1)]
-            for e in np.eye(n)
-        ]
-        curved = np.stack([(a - b) / (2 * h) for a, b in forces], axis=1)
+        ahead, behind = (q + way * h * np.eye(len(q)) for way in (1, -1))
+        ahead, behind = (self.gravity_forces(x) + self.deflections(x) for x in (ahead, behind))
+        curved = (ahead - behind).T / (2 * h)
         springs = self.springs(q)[0]
         loaded = curved - springs  # of gravity alone: the small part, where differences lose nothing that counts
         return springs + (loaded + loaded.T) / 2
@@ -170,7 +178,7 @@ class VibratingTables:
         self, at: Mapping[str, float], hold: Sequence[str], pairs: Sequence[tuple[str, str]], f: Any,
         pd: Mapping[str, tuple[float, float]] | None = None,
     ) -> Any:  # fmt: skip
-        """G (f, pairs) of `frame.ax` or `motor.qdd` to `frame.fx` or `motor.tau`."""
+        """G (f, pairs) of `frame.x`, `frame.ax`, `motor.q` ... to `frame.fx` or `motor.tau`."""
         q, M, D, K = self.small_motions(at)
         for name, (kp, kd) in (pd or {}).items():
             S = self.rates(q, name)
@@ -184,20 +192,37 @@ class VibratingTables:
         moved = np.linalg.solve(Z, np.broadcast_to(forces, (len(Z), *forces.shape)))
         outs = np.stack([self._row(q, out)[kept] for out, _ in pairs])
         each = [moved[:, :, names.index(x)] @ row for row, (_, x) in zip(outs, pairs, strict=True)]
-        return s[:, :, 0] ** 2 * np.stack(each, axis=1)
+        return s[:, :, 0] ** [_order(out) for out, _ in pairs] * np.stack(each, axis=1)
+
+    def modes(self, at: Mapping[str, float], hold: Sequence[str]) -> tuple[Any, Any]:
+        """Natural frequencies in Hz and damping ratios of the oscillating poles, by frequency."""
+        q, *matrices = self.small_motions(at)
+        fixed = {self.variables.index(self.names[name]) for name in hold}
+        kept = [k for k in range(len(q)) if k not in fixed]
+        M, D, K = (x[np.ix_(kept, kept)] for x in matrices)
+        none, one = np.zeros_like(M), np.eye(len(kept))
+        poles = np.linalg.eigvals(np.block([[none, one], [-np.linalg.solve(M, np.hstack([K, D]))]]))
+        poles = poles[poles.imag > 0]
+        poles = poles[np.argsort(abs(poles))]
+        return abs(poles) / (2 * np.pi), -poles.real / abs(poles)
 
     def _row(self, q: Any, signal: str) -> Any:
         """Jacobian (n,) behind a signal."""
         owner, _, what = signal.rpartition(".")
-        if what in ("tau", "qdd"):
+        if what in ("tau", "q", "qd", "qdd"):
             return self.rates(q, owner)
         axis = AXES[what[-1]]
         if what.startswith("wd"):
             R = np.real(self.frames(q)[owner][:3, :3])
-            dR = self.jacobian(q, lambda x: self.frames(x)[owner][:3, :3]).reshape(3, 3, len(q))
+            dR = self.jacobian(q, lambda x: self.turns(x, owner)).reshape(3, 3, len(q))
             spin = np.einsum("ikn,jk->ijn", dR, R)
             return np.stack([spin[2, 1], spin[0, 2], spin[1, 0]])[axis]
-        return self.jacobian(q, lambda x: self.frames(x)[owner][:3, 3])[axis]
+        return self.jacobian(q, lambda x: self.place(x, owner, np.zeros(3)))[axis]
+
+
+def _order(signal: str) -> int:
+    what = signal.rpartition(".")[2]
+    return ORDERS[what if what in ORDERS else what[:-1]]
 
 
 def _variable(joint: Mapping[str, Any]) -> str:
@@ -213,16 +238,16 @@ def _value(cell: Any, symbols: Mapping[str, Any]) -> Any:
 
 
 def _turn(axis: int, angle: Any) -> Any:
-    T = np.eye(4, dtype=complex)
+    T = np.broadcast_to(np.eye(4, dtype=complex), (*np.shape(angle), 4, 4)).copy()
     i, j = (axis + 1) % 3, (axis + 2) % 3
-    T[i, i] = T[j, j] = np.cos(angle)
-    T[i, j], T[j, i] = -np.sin(angle), np.sin(angle)
+    T[..., i, i] = T[..., j, j] = np.cos(angle)
+    T[..., i, j], T[..., j, i] = -np.sin(angle), np.sin(angle)
     return T
 
 
 def _shift(axis: int, length: Any) -> Any:
-    T = np.eye(4, dtype=complex)
-    T[axis, 3] = length
+    T = np.broadcast_to(np.eye(4, dtype=complex), (*np.shape(length), 4, 4)).copy()
+    T[..., axis, 3] = length
     return T
 
 

@@ -329,7 +329,7 @@ def _current(
             raise InputError(source, f"motors, {joint.name}, {key}", f"{x:g} is not above zero")
     constants = joint.reflected_electrics
     Kt = constants.torque_constant.value(values)
-    Ke = Kt if constants.back_emf.is_zero else constants.back_emf.value(values)
+    Ke = constants.back_emf.value(values) or Kt
     share, R, L = numbers["current, compensation"], winding["resistance"], winding["inductance"]
     numbered = (numbers["current, kp"], numbers["current, ti"], R, L, Kt * Ke * (1 - share))
     yield CurrentLoop(*numbered, compensated=Kt * Ke * share)

@@ -30,7 +30,11 @@ class Quantity:
     key: str
     is_position: bool
     unit: str = ""
-    is_nonnegative: bool = False
+    cells: tuple[Cell, ...] = ()
+
+    def fault(self, x: float) -> str:
+        """Return why the cells that hold it cannot be x; empty where they can."""
+        return next((what for cell in self.cells if (what := _fault(cell, x))), "")
 
 
 def quantities(machine: Machine, names: Iterable[str]) -> tuple[Quantity, ...]:
@@ -80,8 +84,7 @@ def split(found: Sequence[Quantity], row: Sequence[float]) -> tuple[dict[str, fl
 
 def impossible(found: Sequence[Quantity], row: Sequence[float]) -> str:
     """Return why a machine cannot have these values; empty where it can."""
-    negative = [f"{x.name} = {v:g} is negative" for x, v in zip(found, row, strict=True) if x.is_nonnegative and v < 0]
-    return ", ".join(negative)
+    return ", ".join(f"{x.name} {what}" for x, v in zip(found, row, strict=True) if (what := x.fault(v)))
 
 
 def _known(machine: Machine) -> dict[str, Quantity]:
@@ -89,8 +92,9 @@ def _known(machine: Machine) -> dict[str, Quantity]:
     positions = [Quantity(x.name, x.name, True, x.unit) for x in machine.independent_joints]
     positions += [Quantity(x, x, True, "rad" if ".r" in x else "m") for x in COORDINATES[: machine.degrees_of_base]]
     named = {parameter.name for parameter in with_named_cells(machine).parameters}
-    alone = {str(f) for joint in machine.joints for cell, f in cells(joint) if _is_nonnegative(cell)}
-    found = {p.name: Quantity(p.name, p.name, False, p.unit, p.name in alone) for p in machine.parameters}
+    filled = [pair for owner in (*machine.joints, *machine.free_bodies) for pair in cells(owner)]
+    alone = {p.name: tuple(cell for cell, formula in filled if str(formula) == p.name) for p in machine.parameters}
+    found = {p.name: Quantity(p.name, p.name, False, p.unit, alone[p.name]) for p in machine.parameters}
     for joint in machine.joints:
         for cell in (cell for cell, _ in cells(joint)):
             key = f"{joint.name}.{cell.name}"
@@ -106,12 +110,13 @@ def _known(machine: Machine) -> dict[str, Quantity]:
 
 
 def _of_cell(joint: Joint, cell: Cell, name: str, key: str) -> Quantity:
-    return Quantity(name, key, False, joint.unit_of(cell), _is_nonnegative(cell))
+    return Quantity(name, key, False, joint.unit_of(cell), (cell,))
 
 
-def _is_nonnegative(cell: Cell) -> bool:
-    inertia = cell.column.dimension is Dimension.INERTIA and cell.name in ("XX", "YY", "ZZ")
-    return cell.column.dimension.is_nonnegative or inertia
+def _fault(cell: Cell, x: float) -> str:
+    if x < 0 and cell.column.dimension is Dimension.INERTIA and cell.name in ("XX", "YY", "ZZ"):
+        return f"is negative: {x:g}"
+    return cell.column.dimension.fault(x)
 
 
 def _found(machine: Machine, name: str, known: dict[str, Quantity]) -> Quantity:

@@ -20,6 +20,7 @@ from symoro_elastic.formats.toml.limits import LIMITS
 from symoro_elastic.formats.toml.tables import QUANTITY, Number, load
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import import_optional
+from symoro_elastic.machine.names import quote
 
 Path = Sequence[str | int]
 """Keys and places in lists that lead to a value: ("bodies", "arm", "inertia", 0)."""
@@ -30,6 +31,7 @@ MOST_OF_A_CELL = 1000
 NUMBER = re.compile(r"[-+]?(?:0|[1-9]\d*)(?:\.\d+)?(?:[eE][-+]?\d+)?")
 OF_A_JOINT = re.compile(r"joint (\d+)\b")
 OF_A_LINE = re.compile(r"line (\d+)\b")
+PLAIN = re.compile(r"[\w.-]{1,60}")
 HERE = "symoro_elastic is here"
 
 
@@ -44,7 +46,9 @@ def with_cell(text: str, path: Path, new: str, source: str) -> str:
     A number is written as it is typed, anything else as a text, which formulas are. Raises `InputError` where there is
     no such place, and for a file in which the value cannot be replaced alone.
     """
-    place = ", ".join(str(key + 1 if isinstance(key, int) else key) for key in path)
+    place = ", ".join(
+        str(key + 1) if isinstance(key, int) else key if PLAIN.fullmatch(key) else quote(key) for key in path
+    )
     literal = _literal(new, source, place)
     wanted = load(text, source).entries
     try:

@@ -25,7 +25,7 @@ from symoro_elastic.machine.domain import NEXT, Domain
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Friction, Kind, Machine
-from symoro_elastic.machine.named_cells import refuse_values, refuse_wrong_signs, with_named_cells
+from symoro_elastic.machine.named_cells import refuse_values, refuse_wrong_values, with_named_cells
 from symoro_elastic.machine.names import did_you_mean, quote
 from symoro_elastic.mechanics.coordinates import product, projection
 from symoro_elastic.mechanics.dynamics import dynamics
@@ -478,7 +478,7 @@ def _values(machine: Machine, given: Mapping[str, float]) -> dict[str, float]:
         own = {p.name: p.value.value() for p in machine.parameters if p.value is not None and p.name not in given}
     except FormulaError as error:
         raise InputError(source, "parameters", str(error)) from None
-    return refuse_wrong_signs(
+    return refuse_wrong_values(
         machine, given.keys(), {name: float(given.get(name, own.get(name, 0.0))) for name in names}
     )
 

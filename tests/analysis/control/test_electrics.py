@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from symoro_elastic.analysis.control.cascade import Cascade, CurrentLoop, current_system
+import symoro_elastic as se
+from symoro_elastic.analysis.control.cascade import Cascade, CurrentLoop, cascade_of, current_system
 from symoro_elastic.analysis.control.closed_loop import closed_loop, drive_system
 from symoro_elastic.analysis.control.loops import influences, largest_Kp, largest_Kv, loops_of
 from tests.analysis.control.test_closed_loops import plant_of
@@ -71,3 +72,20 @@ def test_slopes_of_largest_gains_are_those_of_differences(key: str) -> None:
         assert near[0] and near[1]
         expected = (np.log(near[1].gain) - np.log(near[0].gain)) / (2 * h)
         assert slopes[name] == pytest.approx(expected, rel=1e-4, abs=1e-5), name
+
+
+@pytest.mark.parametrize("back_emf", [0, "Ke", 0.1])
+def test_a_back_emf_of_0_is_that_of_the_torque_constant(back_emf: object) -> None:
+    """Also where a parameter is 0: drag = n^2 Kt Ke."""
+    winding = {"resistance": 0.5, "inductance": 1e-3, "torque_constant": KT, "back_emf": back_emf}
+    machine = se.read({
+        "name": "drive",
+        "joints": [{"name": "m", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"}],
+        "parameters": {"Ke": 0},
+        "motors": {"m": {"rotor_inertia": 1e-4, "ratio": 3, **winding}},
+        "bodies": {"m": {"mass": 1, "inertia": [0.01, 0.01, 0.01]}},
+        "drives": {"m": {"Kv": 20, "Kp": 1, "current": {"kp": 6, "ti": 2e-3}}},
+    })  # fmt: skip
+    found = cascade_of(machine.joints[0], machine.drives.by_motor["m"], {"Ke": 0.0}, "drive")
+    (loop,) = (one for one in found.path if isinstance(one, CurrentLoop))
+    assert loop.drag == pytest.approx(9 * KT * KT, rel=1e-15)

@@ -76,7 +76,7 @@ def test_points_that_fail_have_a_reason_and_the_sweep_goes_on() -> None:
     assert found.reasons[1] == "ZeroDivisionError: float division by zero" and found.failures == 1
     assert np.isnan(found.figures["inverse"][1]) and found.figures["inverse"][2] == 1 / 1.5
     negative = se.sweep(SLIDE, over={"load.k": [-1.0, 1e4]}, hold=["all"])
-    assert negative.reasons == ("load.k = -1 is negative", "")
+    assert negative.reasons == ("load.k is negative: -1", "")
     assert "1 of 2 points have no result" in str(negative.parts())
 
 
@@ -84,9 +84,9 @@ def test_points_that_fail_have_a_reason_and_the_sweep_goes_on() -> None:
 @pytest.mark.parametrize(
     ("mass", "inertia", "said"),
     [
-        ("m", [0, 0, 0], "m = -1 is negative"),
+        ("m", [0, 0, 0], "m is negative: -1"),
         ("2*m", [0, 0, 0], "load.mass: is negative: -2 by m = -1"),
-        (1, ["m", "m", "m"], "m = -1 is negative"),
+        (1, ["m", "m", "m"], "m is negative: -1"),
     ],
 )
 def test_a_negative_mass_by_a_parameter_has_a_reason(of: Any, mass: Any, inertia: list[Any], said: str) -> None:
@@ -150,7 +150,7 @@ def test_functions_return_numbers_by_name(function: object, said: str) -> None:
         ({"over": {"m": [1]}, "values": {"m": 3.0}}, "values: m is swept: remove one of the two"),
         ({"over": {"load.k": [1]}, "values": {"load.stiffness": 3.0}}, "values: load.stiffness is swept"),
         ({"over": {"q.drive": [1]}, "at": {"x": 3.0}}, "at: x is swept: remove one of the two"),
-        ({"over": {"load.k": [-1.0]}}, "the point without a result; the first: load.k = -1 is negative"),
+        ({"over": {"load.k": [-1.0]}}, "the point without a result; the first: load.k is negative: -1"),
     ],
 )
 def test_what_cannot_be_swept_is_refused(arguments: dict[str, object], said: str) -> None:

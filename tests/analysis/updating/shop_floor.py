@@ -1,6 +1,6 @@
 """A simulated shop floor: the vibration tests of examples/, of machines that are not what their files say.
 
-Springs and dampers are those of SPRINGS, known here alone; the machine is that of `references.vibrating_machine`, not
+Springs and dampers are those of SPRINGS, known here alone; the machine is that of `references.vibrating_tables`, not
 the product's, and has a part that its file does not know. Lines are averaged from noisy records, as an analyzer does.
 
 python -m tests.analysis.updating.shop_floor --write
@@ -9,12 +9,17 @@ python -m tests.analysis.updating.shop_floor --write
 from __future__ import annotations
 
 import argparse
+import tomllib
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from tests.references.vibrating_machine import Array, SmallMotions, table_of, with_part
+from tests.references.vibrating_tables import Tables, VibratingTables, with_labels
+
+Array = np.ndarray[Any, Any]
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 AVERAGES = 10
@@ -58,12 +63,33 @@ SERVO = {"motor_x": (4.0e6, 4.0e4), "motor_y": (2.5e6, 2.5e4)}
 F_LATHE, F_TWO_AXIS = np.arange(12.0, 281.0, 1.5), np.round(np.geomspace(8, 250, 150), 2)
 
 
-def machine(name: str, at: Mapping[str, float]) -> SmallMotions:
-    """The machine as it is, at a position."""
-    top = table_of(EXAMPLES / f"{name}.toml", SPRINGS[name])
-    if name == "lathe":
-        top = with_part(top, "x_nut", PUMP, 12.0, 364.0, 0.01)
-    return SmallMotions(top, at)
+def tables_of(name: str, springs: Mapping[str, tuple[float, float]] | None = None) -> dict[str, Any]:
+    """The tables of a machine file, with stiffness and damping of springs in place of its own."""
+    found = tomllib.loads((EXAMPLES / f"{name}.toml").read_text(encoding="utf-8"))
+    given = (springs or {}).items()
+    return with_labels(
+        found, {f"{s}.{key}": x for s, kd in given for key, x in zip(("stiffness", "damping"), kd, strict=True)}
+    )
+
+
+def with_part(tables: Tables, on: str, row: Mapping[str, Any], mass: float, f: float, zeta: float) -> dict[str, Any]:
+    """The tables with a point mass on a spring, of a frequency (Hz) and damping of its own, taken from a body's mass.
+
+    `row` is the row of the joint in the table; the body keeps its mass where the spring is stiff if the row leads to
+    its centre of mass.
+    """
+    more, w = deepcopy(dict(tables)), 2 * np.pi * f
+    more["bodies"][on]["mass"] -= mass
+    more["joints"].append({"antecedent": on, "kind": "elastic", "sigma": 1, "variable": "p", **row})
+    more["bodies"][row["name"]] = {"mass": mass}
+    more["springs"][row["name"]] = {"stiffness": mass * w * w, "damping": 2 * zeta * mass * w}
+    return more
+
+
+def machine(name: str) -> VibratingTables:
+    """The machine as it is."""
+    tables = tables_of(name, SPRINGS[name])
+    return VibratingTables(with_part(tables, "x_nut", PUMP, 12.0, 364.0, 0.01) if name == "lathe" else tables)
 
 
 def averaged(G: Array, rng: np.random.Generator, level: float = 0.01, n: int = AVERAGES) -> tuple[Array, Array]:
@@ -94,10 +120,10 @@ def lathe_files() -> dict[str, str]:
     """Hammer tests, motors held by their brakes, and natural frequencies from a modal analysis."""
     files, names = {}, [f"{output}/{into}" for output, into in HAMMER]
     for seed, (file, at) in enumerate(LATHE_AT.items()):
-        G = machine("lathe", at).responses(F_LATHE, HAMMER, held=("motor_z", "motor_x"))
+        G = machine("lathe").response(at, ("motor_z", "motor_x"), HAMMER, F_LATHE).T
         H, coherence = averaged(G, np.random.default_rng(seed))
         files[f"{file}.csv"] = table(F_LATHE, names, H, coherence)
-    f, zeta = machine("lathe", LATHE_AT["hammer_middle"]).modes(held=("motor_z", "motor_x"))
+    f, zeta = machine("lathe").modes(LATHE_AT["hammer_middle"], ("motor_z", "motor_x"))
     f, zeta = f[:5], zeta[:5]  # the pump is above
     rng = np.random.default_rng(7)
     rows = zip(
@@ -114,7 +140,7 @@ def two_axis_files() -> dict[str, str]:
     for seed, (place, at) in enumerate(TWO_AXIS_AT.items()):
         for axis, pairs in (("x", SWEEP), ("y", CROSS_SWEEP)):
             other = "motor_y" if axis == "x" else "motor_x"
-            G = machine("two_axis", at).responses(F_TWO_AXIS, pairs, pd={other: SERVO[other]})
+            G = machine("two_axis").response(at, (), pairs, F_TWO_AXIS, {other: SERVO[other]}).T
             G /= np.array([UNITS[output] for output, _ in pairs])[:, None]
             H, coherence = averaged(G, np.random.default_rng([seed, axis == "y"]))
             names = [f"ch{k + 2}/ch1" for k in range(len(pairs))]
