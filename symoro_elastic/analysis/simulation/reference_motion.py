@@ -250,6 +250,7 @@ def reference_of(
     if view and followed is machine:
         reference = replace(reference, start=_viewed(view, start), view=view, viewed=start.q)
     _refuse_large(reference)
+    _refuse_weak(reference)
     return _in_motion(reference, motion, start)
 
 
@@ -267,6 +268,15 @@ def _viewed(view: MotorCoordinates, start: State) -> State:
     """Return a state at rest in the machine's own coordinates."""
     ((q,), qd, qdd) = view.own(start.q[None], start.qd[None], start.qdd[None])
     return replace(start, q=q, qd=qd[0], qdd=qdd[0], tau=view.forces(q, start.torques))
+
+
+def _refuse_weak(reference: Reference) -> None:
+    """Raise `InputError` for a limit below what holds the machine at the start: no state of the drive is at rest."""
+    for k, one in enumerate(reference.drives):
+        held = abs(float(reference.start.torques[k]))
+        if held > one.torque_limit:
+            what = f"{one.torque_limit:.4g} does not hold the machine at the start, which takes {held:.4g}: raise it"
+            raise reference.machine.error(f"drives, {one.motor}, limits", what)
 
 
 def _in_motion(reference: Reference, motion: EquationsOfMotion, start: State) -> Reference:

@@ -129,10 +129,19 @@ def test_derivatives_are_those_of_the_right_side(tmp_path: Path) -> None:
         assert np.allclose(J[:, k], column, rtol=1e-4, atol=1e-6 * np.abs(J).max()), k
 
 
+HANGING = {"arm": {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0, 0.05, 0.05]}}
+
+
 @pytest.mark.parametrize(
     ("machine", "motion", "options", "what"),
     [
         (drive(measured="arm.rz"), {}, {}, "adapted: simulate with adaptive"),
+        (
+            drive(limits={"torque": 2.0}) | {"gravity": [0, -9.81, 0], "bodies": HANGING},
+            {},
+            {},
+            "motor, limits: 2 does not hold the machine at the start, which takes 4.905: raise it",
+        ),
         (drive(), {}, {"method": "rodas4", "step": 1e-3}, "method: rodas4 is not offered with drives: take w3"),
         (drive(Kp="tuned"), {}, {"adaptive": True}, 'motor: Kp "tuned" is not known yet: find it by control --save'),
         (drive() | {"drives": {}}, {}, {"adaptive": True}, "motor has none: give one to all motors below [drives]"),
