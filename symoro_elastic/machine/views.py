@@ -104,6 +104,8 @@ def _of_set_point(drive: Drive) -> Iterator[str]:
         yield f"velocity forward times {_written(drive.velocity_forward)}"
     if not drive.acceleration_forward.is_zero:
         yield f"acceleration forward times {_written(drive.acceleration_forward)}"
+    if drive.torque_forward:
+        yield "torque of the inverse model forward"
 
 
 def _limits_of_drive(drive: Drive, joint: Joint) -> Iterator[str]:

@@ -85,6 +85,7 @@ def test_a_figure_is_moved_where_the_notebook_has_widgets(monkeypatch: pytest.Mo
     import matplotlib
 
     figure = MADE["Modes"](Path()).plot("energies")
+    monkeypatch.setattr(matplotlib, "get_backend", lambda: "agg")
     assert figure._repr_mimebundle_() == {}
     monkeypatch.setattr(matplotlib, "get_backend", lambda: f"module://{widgets.__name__}")
     bundle = figure._repr_mimebundle_()

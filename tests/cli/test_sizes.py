@@ -61,8 +61,8 @@ def test_equations_of_a_record() -> None:
     with pytest.raises(
         InputError, match=r"r\.csv: t: 30000000 equations after filtering for 52 parameters make 4\.68e\+09"
     ):
-        _refuse_amount([record], None, 52, may_be_few=False)
-    _refuse_amount([record], None, 0, may_be_few=True)
+        _refuse_amount([[record]], None, 52, may_be_few=False)
+    _refuse_amount([[record]], None, 0, may_be_few=True)
 
 
 def test_resampled_records() -> None:

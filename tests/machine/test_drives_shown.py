@@ -38,7 +38,7 @@ def test_what_else_a_drive_has_is_shown() -> None:
     by_name = {row[0]: row[-3:] for row in table.rows}
     assert by_name["table"] == (
         "current loop 6 V/A, 2e-3 s, back-EMF compensated times 0.8, notch 90 Hz",
-        "",
+        "velocity forward times 0.8, torque of the inverse model forward",
         "current 40 A, voltage 48 V",
     )
     assert by_name["shoulder"][1:] == (

@@ -229,7 +229,7 @@ def _refuse_kinematics(package: Package, forward: Function, inverse: Function, s
 
 LINUXCNC = Target(
     name="linuxcnc",
-    title="components for LinuxCNC: torques by the inverse dynamic model, sampled controllers, kinematics",
+    title="components for LinuxCNC: torques, sampled controllers, kinematics",
     suffixes=("_ff.comp", "_control.comp", "_kins.comp"),
     precisions=(DOUBLE,),
     reserved=C.reserved,

@@ -167,7 +167,9 @@ class Subject:
 
     def errors(self, bounds: Bounds, adjoints: bool = True) -> Array:
         """The error of each result by sub-box: the smaller one of lemmas 1 and 2."""
-        running = np.array([np.broadcast_to(bounds.error_of(x), bounds.shape) for x in self.results])
+        running = np.empty((len(self.results), *bounds.shape))
+        for row, x in zip(running, self.results, strict=True):
+            row[...] = bounds.error_of(x)
         if not adjoints or not len(running):
             return running
         by_adjoints: Array = errors_by_adjoints(self.nodes, self.results, bounds)

@@ -169,7 +169,7 @@ def test_what_has_no_linear_model_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="drives, slide, period: has no part in a linear model of a motion"):
         se.ladder(replace(machine, drives=Drives(sampled)))
     for changes, key in (
-        ({"torque_limit": Formula.parse(9)}, "limits, torque"),
+        ({"torque_limit": Formula.parse(9000)}, "limits, torque"),
         ({"set_point": LowPass(Formula.parse(9), 1)}, "set_point"),
         ({"torque_forward": True, "acceleration_forward": ZERO}, "feed_forward, torque"),
     ):
