@@ -88,13 +88,20 @@ def test_every_cell_is_written_alone(name: str) -> None:
         old = at(wanted, path)
         at(wanted, path, 4.5e-3)
         assert str(tomllib.loads(written)) == str(wanted), path
-        assert shown == ("" if old is None else shown) and (shown in ("", str(old)) or float(shown) == float(old))
+        assert shown == ("" if old is None else shown)
+        assert shown in ("", str(old), str(old).lower()) or float(shown) == float(old)
         before, after = text.splitlines(), written.splitlines()
         assert len(after) - len(before) <= (old is None)
         changed = [k for k, line in enumerate(after) if line not in before]
         assert len(changed) == 1 and "4.50e-3" in after[changed[0]], path
         comment = re.search(r"#[^\"']*$", after[changed[0]])
         assert comment is None or comment[0].strip() in text
+
+
+def test_truths_stay_truths() -> None:
+    text = TEXTS["all_keys"]
+    changed = tomllib.loads(with_cell(text, ["drives", "table", "feed_forward", "torque"], "false", "file"))
+    assert changed["drives"]["table"]["feed_forward"]["torque"] is False
 
 
 def test_cells_of_loops_limits_and_drives_are_among_them() -> None:

@@ -28,6 +28,7 @@ Path = Sequence[str | int]
 MOST_CHARACTERS = 200_000
 """Of a file that is edited cell by cell."""
 MOST_OF_A_CELL = 1000
+TRUTHS = ("true", "false")
 NUMBER = re.compile(r"[-+]?(?:0|[1-9]\d*)(?:\.\d+)?(?:[eE][-+]?\d+)?")
 OF_A_JOINT = re.compile(r"joint (\d+)\b")
 OF_A_LINE = re.compile(r"line (\d+)\b")
@@ -43,8 +44,8 @@ def tomlkit() -> Any:
 def with_cell(text: str, path: Path, new: str, source: str) -> str:
     """Return the text of a file with one value replaced, or added to a table that is there.
 
-    A number is written as it is typed, anything else as a text, which formulas are. Raises `InputError` where there is
-    no such place, and for a file in which the value cannot be replaced alone.
+    A number, true and false are written as they are typed, anything else as a text, which formulas are. Raises
+    `InputError` where there is no such place, and for a file in which the value cannot be replaced alone.
     """
     place = ", ".join(
         str(key + 1) if isinstance(key, int) else key if PLAIN.fullmatch(key) else quote(key) for key in path
@@ -71,7 +72,7 @@ def _literal(text: str, source: str, place: str) -> Any:
     if len(text) > MOST_OF_A_CELL or not text.isprintable():
         raise InputError(source, place, f"is not one line of up to {MOST_OF_A_CELL} characters")
     kit = tomlkit()
-    return kit.value(text) if NUMBER.fullmatch(text) else kit.item(text)
+    return kit.value(text) if NUMBER.fullmatch(text) or text in TRUTHS else kit.item(text)
 
 
 def _as_read(literal: Any) -> Any:
