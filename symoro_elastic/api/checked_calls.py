@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+import reprlib
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import wraps
 from inspect import BoundArguments, Signature, signature
 from numbers import Real
+from os import PathLike
 from typing import Any, ParamSpec, TypeVar
 
 from symoro_elastic.api.declaration import flag, options, renamed
@@ -107,7 +109,28 @@ def _argument(name: str, value: Any, annotations: Mapping[str, str]) -> Any:
         raise InputError(PACKAGE, name, f"{type(value).__name__} is no operating point: give other arguments by name")
     if expected.startswith(("Values", "Mapping[str, float]")) and not _is_number(value, expected):
         _refuse_no_mapping(name, value)
+    _refuse_other(name, value, expected)
     return value
+
+
+PLAIN: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "None": ("", lambda x: x is None),
+    "str": ("a text", lambda x: isinstance(x, str)),
+    "Path": ("a path", lambda x: isinstance(x, PathLike)),
+    "bool": ("True or False", lambda x: hasattr(type(x), "__bool__") and x is not None),
+    "int": ("a whole number", lambda x: hasattr(type(x), "__float__") and float(x).is_integer()),
+    "float": ("a number", lambda x: hasattr(type(x), "__float__")),
+}
+"""What annotations ask for, as a message says it, and whether a value is that: numbers of numpy are numbers."""
+
+
+def _refuse_other(name: str, value: Any, expected: str) -> None:
+    """Raise `InputError` for an argument that is neither of the plain types that it may have."""
+    kinds = expected.split(" | ")
+    if not PLAIN.keys() >= {*kinds} or any(PLAIN[kind][1](value) for kind in kinds):
+        return
+    wanted = " or ".join(PLAIN[kind][0] for kind in kinds if kind != "None")
+    raise InputError(PACKAGE, name, f"{reprlib.repr(value)} is not {wanted}")
 
 
 def _names(name: str, value: Any) -> Any:

@@ -185,7 +185,7 @@ def update(machine: MachineLike, options: Updating) -> Updated:
     InputError
         For wrong tests, signals that do not exist, and responses with the opposite sign.
     """
-    from symoro_elastic.analysis.updating.measured import VibrationTests
+    from symoro_elastic.analysis.updating.measured import VibrationTest, VibrationTests
     from symoro_elastic.analysis.updating.reading import read_tests
     from symoro_elastic.analysis.updating.updated import Settings
     from symoro_elastic.analysis.updating.updated import update as fit
@@ -195,6 +195,8 @@ def update(machine: MachineLike, options: Updating) -> Updated:
     if isinstance(given, str | Path):
         given = read_tests(given, of_file)
     whole = given if isinstance(given, VibrationTests) else VibrationTests(tuple(given))
+    if other := [one for one in whole.tests if not isinstance(one, VibrationTest)]:
+        raise InputError("symoro-elastic", "--tests", f"{other[0]!r} is no vibration test: give a file, or tests")
     among(tuple(options.predict), tuple(test.name for test in whole.tests), "--predict")
     tests = [replace(test, validate=test.validate or test.name in options.predict) for test in whole.tests]
     settings = Settings(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -45,3 +46,31 @@ def test_what_may_be_meant() -> None:
         se.identify(MACHINE)  # type: ignore[call-arg]
     with pytest.raises(se.InputError, match="point: dict is no operating point: give other arguments by name"):
         se.sweep(MACHINE, {"m2": [1, 2]})  # type: ignore[arg-type]
+
+
+OTHER = {"str": ["x"], "int": "x", "float": "x", "bool": [1, 2]}
+"""A value of another type for each that annotations name."""
+NEEDED = {
+    "identify": {"records": "log.csv"},
+    "lobes": {"direction": "tool.x", "cutting": 1e9},
+    "update": {"tests": "tests.toml"},
+    "write": {"path": "machine.toml"},
+    "excite": {"position": 1.0, "velocity": 1.0, "acceleration": 1.0},
+}
+
+
+def plain_arguments() -> Iterator[tuple[str, str, str]]:
+    for name in FUNCTIONS:
+        _, *rows = inspect.signature(getattr(se, name)).parameters.values()
+        for row in rows:
+            kinds = str(row.annotation).split(" | ")
+            if row.kind is not row.VAR_POSITIONAL and {*kinds} <= {*OTHER, "Path", "None"} and kinds[0] in OTHER:
+                yield name, row.name, kinds[0]
+
+
+@pytest.mark.parametrize(("name", "argument", "kind"), list(plain_arguments()))
+def test_values_of_other_types_are_named(name: str, argument: str, kind: str) -> None:
+    """A list where one name is meant, a text where a number is: one line, as for every wrong value."""
+    given = {**NEEDED.get(name, {}), argument: OTHER[kind]}
+    with pytest.raises(se.InputError, match=rf"{argument}: .* is not "):
+        getattr(se, name)(MACHINE, **given)
