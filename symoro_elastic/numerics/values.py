@@ -70,11 +70,15 @@ DRAWS: dict[Dimension, Draw] = {
     Dimension.GRAVITY: GRAVITY,
     Dimension.NUMBER: _one,
     Dimension.RATIO: _one,
+}
+"""How numbers are drawn, in this order, whether a cell needs one or not; those of bodies depend on one another."""
+
+DRAWS_WHERE_NAMED: dict[Dimension, Draw] = {
     Dimension.COGGING: FRICTION,
     Dimension.PER_TURN: _between(1.0, 3.0),
     Dimension.PHASE: _either_sign(0.1, 1),
 }
-"""How numbers are drawn, in this order; those of bodies depend on one another."""
+"""Drawn after those, for cells with a name only: a new kind of cell does not change the numbers of other machines."""
 
 
 def parameter_values(machine: Machine, seed: int = 0) -> ParameterValues:
@@ -132,9 +136,11 @@ def _settle(values: ParameterValues, formula: Formula, value: float) -> None:
 def _settle_cells(values: ParameterValues, owner: Joint | Base, rng: np.random.Generator) -> None:
     """Draw the numbers that stand for themselves, all but those of the body."""
     found = [(cell.column, formula) for cell, formula in cells(owner) if cell.column.section != "bodies"]
-    order = list(DRAWS)
+    draws = DRAWS | DRAWS_WHERE_NAMED
+    order = list(draws)
     for column, formula in sorted(found, key=lambda one: order.index(one[0].dimension)):
-        _settle(values, formula, DRAWS[column.dimension](rng))
+        if formula.names or column.dimension in DRAWS:
+            _settle(values, formula, draws[column.dimension](rng))
 
 
 def _settle_body(values: ParameterValues, body: Body, rng: np.random.Generator) -> None:
