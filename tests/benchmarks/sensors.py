@@ -36,7 +36,7 @@ from tests.benchmarks.tables import print_table, progress, save_json
 
 RUNS, DURATION, FUNDAMENTAL, HARMONICS = 30, 20.0, 0.2, 12
 SPIKES = 20.0  # standard deviations of torque noise
-SAYS = ("encoder", "has an offset", "told from gravity", "would not show", "behind", "ahead of", "correlated", "spikes")
+SAYS = ("encoder", "has an offset", "told from gravity", "no offset", "behind", "ahead of", "correlated", "spikes")
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.estimation import Estimation, Verdict
+from symoro_elastic.analysis.identification.estimation import Estimate, Estimation, Verdict
 from symoro_elastic.analysis.identification.filtering import Filter, FilteredMotion
-from symoro_elastic.analysis.identification.sensors import DELAY, OFFSET, Sensors
+from symoro_elastic.analysis.identification.sensors import DELAY, OFFSET, SIGNIFICANT, Sensors
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.analysis.time_series.resolution import resolution_of
 from symoro_elastic.machine.machine import Machine
@@ -41,8 +41,7 @@ def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> li
     notes = []
     for e in estimation.estimates:
         if e.unknown.quantity == OFFSET and e.verdict is not Verdict.NOT:
-            what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
-            notes.append(f"{what}: sought with the parameters")
+            notes.append(_of_offset(e))
         if e.unknown.quantity == DELAY and e.verdict is not Verdict.NOT:
             order = "behind" if e.value > 0 else "ahead of"
             what = f"torques are {1e3 * abs(e.value):.4g} ms (std {1e3 * e.std:.2g} ms) {order} positions"
@@ -50,10 +49,16 @@ def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> li
     for m, size in sensors.untold.items():
         joint = machine.motor_joints[m]
         what, below = f"an offset of the torque of {joint.name}", f"{size:.2g} {joint.force_unit}"
-        if sensors.offsets:
-            what += f" is not told from gravity by this motion: standard deviations allow for {below}, as others have"
-            notes.append(f"{what}; move it farther, or give --offsets always")
-        else:
-            what += f" below {below} would not show, and parameters of gravity take it up"
-            notes.append(f"{what}: give --offsets always if its sensor may have one")
+        what += f" is not told from gravity by this motion: standard deviations allow for {below}, as sensors have"
+        notes.append(f"{what}; move it farther, or give --offsets never if its sensor has none")
     return notes
+
+
+def _of_offset(e: Estimate) -> str:
+    """Return whether an offset shows that is sought with the parameters."""
+    if abs(e.value) > SIGNIFICANT * e.std:
+        what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
+        return f"{what}: sought with the parameters"
+    what = f"no offset of the torque of {e.unknown.joint} shows, but parameters would take up one below"
+    most = abs(e.value) + SIGNIFICANT * e.std
+    return f"{what} {most:.2g} {e.unknown.unit}, so it is sought: give --offsets never if its sensor has none"

@@ -29,11 +29,22 @@ AUTO, ALWAYS, NEVER = "auto", "always", "never"
 """When offsets or a delay are sought: where data show one, always, never."""
 DELAY, OFFSET = "DELAY", "OFF"
 SIGNIFICANT = 4.0  # standard deviations from zero
-MOST_DOUBT = 0.02  # of the largest torque of the joint: an offset with more does not say whether there is one
+USUAL = 0.02  # of the largest torque of the joint: offsets that sensors have
+UNCORRELATED = 0.3  # of estimates: an offset of twice its std pulls the other by 0.6 of that one's
 LEAST_OFFSET = 1e-4  # of the largest torque of the joint
 LEAST_DELAY = 0.01  # of a sampling period
 ROUNDS, CONVERGED = 6, 0.02  # of a sampling period
 LARGEST_STEP = 0.1  # of a period of the fastest motion
+
+
+@dataclass(frozen=True)
+class _Offset:
+    """An offset, its standard deviation, and its largest correlation with a parameter of the machine."""
+
+    value: float
+    std: float
+    correlation: float
+
 
 Torques = Callable[[float], tuple[Array, Array]]
 """From a delay, left sides of torques read so much later, and their slopes, each (rows, n)."""
@@ -66,7 +77,7 @@ class Columns:
 class Sensors:
     """What is sought beside a machine's parameters: offsets of motors (0-based among motors), and whether a delay,
     whose column is linear about `delay` s. `untold` are motors whose offset the motion does not tell from gravity, with
-    the standard deviation that it is taken to have; where no motor shows an offset it is that of what would not show.
+    the standard deviation that it is taken to have.
     """
 
     offsets: tuple[int, ...] = ()
@@ -75,8 +86,8 @@ class Sensors:
     untold: Mapping[int, float] = field(default_factory=dict)
 
     def doubts(self, columns: Columns) -> list[Array]:
-        """Return what offsets that are not sought, although others have one, do to left sides: one std, (rows, n)."""
-        return [s * columns.offsets[:, :, m] for m, s in self.untold.items()] if self.offsets else []
+        """Return what offsets that the motion does not tell do to left sides: one standard deviation, (rows, n)."""
+        return [s * columns.offsets[:, :, m] for m, s in self.untold.items()]
 
     def unknowns(self, machine: Machine) -> list[Unknown]:
         """Return offsets, then the delay, as unknowns."""
@@ -146,30 +157,36 @@ def _delay(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | Non
 def _offsets(
     columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array, seek: str
 ) -> tuple[tuple[int, ...], dict[int, float]]:
-    """Return the motors whose offsets are sought, and of the others what they may have or what would not show.
+    """Return the motors whose offsets are sought, and what those may have that are not told from gravity.
 
-    Where one shows, sought are those that data tell better than what is found suggests: sensors of a machine are alike,
-    so offsets are taken to be at most as large, beside the largest torque of their joint, as the largest one found.
+    One that does not show may be there all the same, as large as some of its standard deviations, and pulls parameters
+    with which it is correlated by as many of theirs: it is left out only where it pulls none. Sensors of a machine are
+    alike, so offsets are taken to be as large, beside the largest torque of their joint, as the largest one that shows,
+    or as sensors usually have: of a larger standard deviation, data say nothing of it.
     """
     if not motors:
         return (), {}
-    every = _offset_deviations(columns, motors, slope, tau)
+    every = _found_offsets(columns, motors, slope, tau)
     if seek == ALWAYS:
         return tuple(every), {}
     largest = {m: _largest(columns, m, tau) for m in motors}
-    told = [m for m, (_, std) in every.items() if std <= MOST_DOUBT * largest[m]]
-    found = every if len(told) == len(motors) or not told else _offset_deviations(columns, told, slope, tau)
-    shown = [abs(x) / largest[m] for m, (x, std) in found.items() if _shows(x, std, largest[m])]
-    if not shown:
-        doubt = {m: SIGNIFICANT * every[m][1] if m in every else largest[m] for m in motors}
-        return (), {m: x for m, x in doubt.items() if x > MOST_DOUBT * largest[m]}
-    usual = {m: max(shown) * largest[m] for m in motors}
-    sought = tuple(m for m, (_, std) in every.items() if std < usual[m])
-    return sought, {m: usual[m] for m in motors if m not in sought}
+    told = [m for m, x in every.items() if x.std <= USUAL * largest[m]]
+    found = every if len(told) == len(motors) else _found_offsets(columns, told, slope, tau)
+    shown = {m: abs(x.value) / largest[m] for m, x in found.items() if _shows(x, largest[m])}
+    usual = {m: max([USUAL, *shown.values()]) * largest[m] for m in motors}
+    harmless = [m for m, x in found.items() if m not in shown and _is_harmless(x, largest[m])]
+    sought = tuple(m for m, x in every.items() if x.std <= usual[m] and m not in harmless)
+    return sought, {m: usual[m] for m in motors if m not in sought and m not in harmless}
 
 
-def _shows(offset: float, std: float, largest: float) -> bool:
-    return abs(offset) > max(SIGNIFICANT * std, LEAST_OFFSET * largest)
+def _shows(offset: _Offset, largest: float) -> bool:
+    return abs(offset.value) > max(SIGNIFICANT * offset.std, LEAST_OFFSET * largest)
+
+
+def _is_harmless(offset: _Offset, largest: float) -> bool:
+    """Return whether an offset that does not show changes no parameter much, however large it may be."""
+    most = abs(offset.value) + SIGNIFICANT * offset.std
+    return offset.correlation <= UNCORRELATED or most <= LEAST_OFFSET * largest
 
 
 def _largest(columns: Columns, motor: int, tau: Array) -> float:
@@ -177,11 +194,12 @@ def _largest(columns: Columns, motor: int, tau: Array) -> float:
     return float(np.abs(tau[:, columns.offsets[:, :, motor].any(axis=0)]).max(initial=0.0))
 
 
-def _offset_deviations(
-    columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array
-) -> dict[int, tuple[float, float]]:
-    """Return offsets and their standard deviations by motor, where they are independent of all else."""
+def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
+    """Return offsets by motor, where they are independent of all else."""
     own = columns.Y.shape[2]
     kept, solution = _solved(columns, motors, slope, tau)
     places = {m: kept.index(own + k) for k, m in enumerate(motors) if own + k in kept}
-    return {m: (float(solution.X[k]), float(solution.std[k])) for m, k in places.items()}
+    beside = [k for k, c in enumerate(kept) if c < own]
+    correlation = np.abs(solution.covariance / np.outer(solution.std, solution.std))
+    most = {m: float(correlation[k, beside].max(initial=0.0)) for m, k in places.items()}
+    return {m: _Offset(float(solution.X[k]), float(solution.std[k]), most[m]) for m, k in places.items()}
