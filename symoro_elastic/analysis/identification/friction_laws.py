@@ -1,8 +1,10 @@
 """Friction beyond FV qd + FS sign(qd): rising with load, falling with velocity, another one in each record.
 
 Each is a column beside that of FS. Load: |tau| sign(qd), tau what passes the transmission by the *model*, for the
-measured torque stands on the left side, too, and its noise would be in both; tau is that of a fit without these
-columns, then of one with them. Stribeck: sign(qd) / (1 + (qd / vb)^2) at a given vb, the law of Hess and Soom (1990).
+measured torque stands on the left side, too, and its noise would be in both. It depends on what is sought, and so has
+the doubt of that: FL |p + P X| = FL0 s (p + P X) + (FL - FL0) |p + P X0| to first order, s = sign(p + P X0), about a
+fit X0, FL0, then about the next one (Gauss-Newton). Stribeck: sign(qd) / (1 + (qd / vb)^2) at a given vb, the law of
+Hess and Soom (1990).
 Records at other temperatures: columns of FV and FS that are zero in the first record.
 """
 
@@ -30,29 +32,31 @@ LAWS = {
     "friction of each record": (VISCOUS_CHANGE, DRY_CHANGE),
 }
 """What its quantities are."""
-ROUNDS = 2
+ROUNDS, CONVERGED, EXACT = 20, 0.02, 1e-7  # Gauss-Newton steps; the last one in standard deviations, in values
 Motion = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True)
 class FrictionLaws:
     """Rows of the table whose friction rises with load, velocities of Stribeck's law by row, whether records have
-    friction of their own, and how many; X, by column of the regressor, of the torque that passes transmissions."""
+    friction of their own, and how many. X, by column of the regressor, and gains, by row, are those about which load
+    friction is linear."""
 
     load: tuple[int, ...] = ()
     stribeck: Mapping[int, float] = field(default_factory=dict)
     changing: bool = False
     records: int = 1
     X: Mapping[int, float] = field(default_factory=dict)
+    gains: Mapping[int, float] = field(default_factory=dict)
 
     def unknowns(self, machine: Machine, linear: Linear) -> list[Unknown]:
         """Return gains of load, static less coulomb friction, changes of friction from the first record on."""
         labels = ParameterLabels(machine)
 
-        def unknown(label: str, unit: str, j: int, quantity: str, text: str = "") -> Unknown:
-            return Unknown(label, text or label, unit, machine.joint(j).name, quantity)
+        def unknown(label: str, unit: str, j: int, quantity: str, text: str = "", about: float = 0.0) -> Unknown:
+            return Unknown(label, text or label, unit, machine.joint(j).name, quantity, about=about)
 
-        found = [unknown(labels(j, LOAD), "1", j, LOAD) for j in self.load]
+        found = [unknown(labels(j, LOAD), "1", j, LOAD, about=self.gains.get(j, 0.0)) for j in self.load]
         for j in self.stribeck:
             label = labels(j, STATIC)
             found.append(unknown(label, machine.joint(j).force_unit, j, STATIC, f"{label} - {labels(j, 'FS')}"))
@@ -81,6 +85,25 @@ class FrictionLaws:
             found += [own * (k == record) for k in range(1, self.records)]
         return np.concatenate(found, axis=2)
 
+    def slopes(self, Y: Regressor, linear: Linear, motion: Motion) -> Array:
+        """Return FL0 s P sign(qd), which columns of groups have more, and at last FL0 s p sign(qd), which right sides
+        have more, (samples, n, groups + 1)."""
+        groups = [linear.sought[c] for c in linear.structure.kept]
+        found = np.zeros((*motion[0].shape, len(groups) + 1))
+        rising = [(k, j, self.gains[j]) for k, j in enumerate(self.load) if self.gains.get(j)]
+        if not rising:
+            return found
+        dry = {column.row: c for c, column in enumerate(linear.columns) if column.quantity == "FS"}
+        inertial = [k for k, c in enumerate(groups) if linear.columns[c].quantity in INERTIAL]
+        bodies = Y.evaluate(*motion, [groups[k] for k in inertial])
+        unit, passing = Y.evaluate(*motion, [dry[j] for _, j, _ in rising]), self._passing(Y, linear, motion)
+        X = np.array([self.X[groups[k]] for k in inertial])
+        for place, (k, j, gain) in enumerate(rising):
+            P, side = bodies[:, Y.felt_by(j)[0]], gain * np.sign(passing[:, k])
+            both = np.column_stack([P, passing[:, k] - P @ X]) * side[:, None]
+            found[:, :, [*inertial, len(groups)]] += unit[:, :, place, None] * both[:, None]
+        return found
+
     def _passing(self, Y: Regressor, linear: Linear, motion: Motion) -> Array:
         """Return what passes the transmissions of joints whose friction rises with load, (samples, joints)."""
         if not self.load:
@@ -98,10 +121,10 @@ class FrictionLaws:
         found = {c: column.value for c, column in rotors.items() if column.quantity == "IA" and column.row in self.load}
         return {c: x for c, x in found.items() if np.isfinite(x)}
 
-    def with_torques_of(self, linear: Linear, X: Sequence[float]) -> FrictionLaws:
-        """Return the laws with the torque of groups X."""
+    def about(self, linear: Linear, X: Sequence[float], gains: Sequence[float] = ()) -> FrictionLaws:
+        """Return the laws, linear about groups X and gains of load."""
         kept = [linear.sought[c] for c in linear.structure.kept]
-        return replace(self, X=dict(zip(kept, X, strict=False)))
+        return replace(self, X=dict(zip(kept, X, strict=False)), gains=dict(zip(self.load, gains, strict=False)))
 
 
 def laws_of_file(machine: Machine, values: Mapping[str, float]) -> FrictionLaws:
@@ -122,12 +145,14 @@ def laws_of_file(machine: Machine, values: Mapping[str, float]) -> FrictionLaws:
     return FrictionLaws(tuple(load), velocities)
 
 
-def groups_of(Y: Array, tau: Array, count: int) -> Array:
-    """Return the first groups by weighted least squares of independent columns, zero for the others."""
+def groups_of(Y: Array, tau: Array, count: int) -> tuple[Array, Array]:
+    """Return the first groups by weighted least squares of independent columns, zero for the others, and their
+    standard deviations."""
     kept = list(independent_columns(balanced(Y), FROM_DATA).kept)
-    X = np.zeros(Y.shape[2])
-    X[kept] = solve(Y[:, :, kept], tau).X
-    return X[:count]
+    X, std = np.zeros(Y.shape[2]), np.zeros(Y.shape[2])
+    solution = solve(Y[:, :, kept], tau)
+    X[kept], std[kept] = solution.X, solution.std
+    return X[:count], std[:count]
 
 
 def refuse_laws(machine: Machine, laws: FrictionLaws) -> None:

@@ -23,9 +23,12 @@ from symoro_elastic.analysis.identification.estimation import (
     refuse_short,
     solve,
 )
-from symoro_elastic.analysis.identification.filtering import DRAWS, Filter
+from symoro_elastic.analysis.identification.filtering import DRAWS, Filter, average
 from symoro_elastic.analysis.identification.friction_laws import (
+    CONVERGED,
+    EXACT,
     LAWS,
+    LOAD,
     ROUNDS,
     FrictionLaws,
     Motion,
@@ -179,7 +182,9 @@ class _Stack:
         self.columns = Columns(
             Y, noise, offsets, torques, correlation, period, fastest, repeating, draws if repeating else None
         )
+        self._plain = self.columns
         self._said: list[str] = []
+        self._unsettled: list[str] = []
 
     def notes(self) -> list[str]:
         """Return what is said of records, of filters, of columns and of encoders."""
@@ -187,7 +192,7 @@ class _Stack:
         of_columns = *_without_effect(self._equations.linear), *_zero_in_the_table(machine, [columns[c] for c in kept])
         first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]
         notes = [line for x in self.sampled for line in x.record.warnings]
-        notes += [*(first.chosen.described() if first.chosen else ()), *of_columns, *self._said]
+        notes += [*(first.chosen.described() if first.chosen else ()), *of_columns, *self._said, *self._unsettled]
         longest = dict(sorted(zip(self._numbers, self.sampled, strict=True), key=_samples)).values()
         return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
 
@@ -195,18 +200,24 @@ class _Stack:
         """Return whether rows are too few for least squares alone."""
         return _used(self.columns.Y) < fewest_rows(parameters, usual_correlation(self.columns.correlation))
 
-    def _of_laws(self) -> Array:
-        """Return averages of the columns of the laws of friction, (rows, n, k)."""
-        Y, linear = self._equations.Y, self._equations.linear
-        return self._averaged(lambda k, motion: self.laws.columns(Y, linear, motion, k))
+    def _of_laws(self) -> tuple[Array, Array]:
+        """Return columns of groups with those of laws of friction, and what load friction adds to right sides."""
+        Y, linear, plain = self._equations.Y, self._equations.linear, self._plain.Y
+        used = np.asarray(plain.any(axis=2))
+        more = self._averaged(lambda k, motion: self.laws.columns(Y, linear, motion, k)) * used[:, :, None]
+        right = np.zeros(used.shape)
+        if self.laws.gains:
+            slopes = self._averaged(lambda _, motion: self.laws.slopes(Y, linear, motion)) * used[:, :, None]
+            plain, right = plain + slopes[:, :, :-1], slopes[:, :, -1]
+        return np.concatenate([plain, more], axis=2), right
 
     def _averaged(self, columns_of: Callable[[int, Motion], Array]) -> Array:
         """Return averages of columns, which number of record and motion give, (rows, n, k)."""
         found = []
         for k, x in zip(self._numbers, self.sampled, strict=True):
-            columns = columns_of(k, x.motion.part(slice(None)))
-            averages = [x.averages(columns[:, :, c]) for c in range(columns.shape[2])]
-            found.append(np.stack(averages, axis=2) if averages else np.zeros((*x.scale.shape, 0)))
+            used = x.counted[:, :, None].astype(float)
+            each = [columns_of(k, x.motion.part(piece)) * used[piece] for piece in x.pieces]
+            found += [np.concatenate([average(y, x.chosen) if x.chosen else y for y in each]) * x.scale[:, :, None]]
         return np.concatenate(found)
 
     def hide(self, unseen: Sequence[str]) -> None:
@@ -225,28 +236,46 @@ class _Stack:
         rows, used = outliers_of(self.columns), np.asarray(self.columns.Y.any(axis=2))
         names = [joint.name for joint in self._equations.machine.independent_joints]
         self._said += said_of(self.t, rows, used, names)
-        self.columns = without(self.columns, rows)
+        self.columns, self._plain = without(self.columns, rows), without(self._plain, rows)
 
-    def _with_laws(self) -> None:
-        """Add the columns of laws of friction, with the torque of the fit before, and say what they change."""
-        linear, plain = self._equations.linear, self.columns
-        tau, count = plain.torques(0.0)[0], plain.Y.shape[2]
-        none = self._of_laws()
-        if not none.shape[2]:
-            return
-        noise = tuple(np.concatenate([D, np.zeros_like(none)], axis=2) for D in plain.noise)
-        X = groups_of(np.concatenate([plain.Y, plain.offsets], axis=2), tau, count)
-        for _ in range(ROUNDS if self.laws.load else 1):
-            self.laws = self.laws.with_torques_of(linear, X.tolist())
-            Y = np.concatenate([plain.Y, self._of_laws()], axis=2)
-            X = groups_of(np.concatenate([Y, plain.offsets], axis=2), tau, count)
-        self.columns = replace(plain, Y=Y, noise=noise)
-        quantities = [x.quantity for x in self.laws.unknowns(self._equations.machine, linear)]
+    def _with_laws(self, sensors: Sensors) -> None:
+        """Add the columns of laws of friction, about a fit beside what is sought of sensors."""
+        linear, plain = self._equations.linear, self._plain
+        (tau, slopes), count, self._unsettled = plain.torques(sensors.delay), plain.Y.shape[2], []
+        beside = plain.joined(sensors.offsets, slopes if sensors.has_delay else None)[0][:, :, count:]
+        if self.laws.load and not self.laws.X:
+            X = groups_of(np.concatenate([plain.Y, beside], axis=2), tau, count)[0]
+            self.laws = self.laws.about(linear, X.tolist())
+        own = count + len(self.laws.load)
+        for _ in range(ROUNDS):
+            Y, right = self._of_laws()
+            if own == count:
+                break
+            X, std = groups_of(np.concatenate([Y, beside], axis=2), tau - right, own)
+            before = np.array([*self.laws.X.values(), *(self.laws.gains.get(j, 0.0) for j in self.laws.load)])
+            X[count:] += before[count:]
+            if (np.abs(X - before) <= CONVERGED * std + EXACT * np.abs(X)).all():
+                break
+            self.laws = self.laws.about(linear, X[:count].tolist(), X[count:].tolist())
+        else:
+            self._unsettled = [
+                f"load friction: not settled after {ROUNDS} steps, so its standard deviations are too small"
+            ]
+        noise = tuple(np.concatenate([D, np.zeros((*D.shape[:2], Y.shape[2] - count))], axis=2) for D in plain.noise)
+        torques: Torques = lambda delay: (plain.torques(delay)[0] - right, plain.torques(delay)[1])  # noqa: E731
+        self.columns = replace(plain, Y=Y, noise=noise, torques=torques)
+
+    def _say_of_laws(self) -> None:
+        """Say what laws of friction change."""
+        with_it, plain = self.columns, self._plain
+        count, unknowns = plain.Y.shape[2], self.laws.unknowns(self._equations.machine, self._equations.linear)
         for title, kinds in LAWS.items():
-            rest = [*range(count), *(count + k for k, quantity in enumerate(quantities) if quantity not in kinds)]
-            if len(rest) < Y.shape[2]:
-                both = (np.concatenate([x, plain.offsets], axis=2) for x in (Y, Y[:, :, rest]))
-                self._say(title, *((x, tau) for x in both))
+            rest = [count + k for k, x in enumerate(unknowns) if x.quantity not in kinds]
+            if len(rest) < len(unknowns):
+                own = plain if LOAD in kinds else with_it
+                Y = np.concatenate([own.Y[:, :, :count], with_it.Y[:, :, rest], plain.offsets], axis=2)
+                both = np.concatenate([with_it.Y, plain.offsets], axis=2)
+                self._say(title, (both, with_it.torques(0.0)[0]), (Y, own.torques(0.0)[0]))
 
     def _say(self, title: str, with_it: tuple[Array, Array], without_it: tuple[Array, Array]) -> None:
         """Say by how much residuals of columns and torques change."""
@@ -272,6 +301,24 @@ class _Stack:
         most: Array = np.max(every, axis=0)
         return most
 
+    def _sought(self, offsets: str, delay: str, may_be_few: bool, robust: bool) -> tuple[Sensors, bool]:
+        """Return what is sought of sensors, and whether rows are few; columns are then with laws of friction."""
+        has_laws = bool(self.laws.unknowns(self._equations.machine, self._equations.linear))
+        if has_laws:
+            self._with_laws(Sensors(tuple(range(self.columns.offsets.shape[2]))))
+        if robust:
+            self._leave_out()
+        columns, count = self.columns, self.columns.Y.shape[2]
+        if not may_be_few:
+            refuse_short(_used(columns.Y), count, usual_correlation(columns.correlation), self._source)
+        is_short = self._is_short(count)
+        sensors = sensors_of_few(columns, offsets, delay) if is_short else sought_sensors(columns, offsets, delay)
+        if self.laws.load:
+            self._with_laws(sensors)
+        if has_laws:
+            self._say_of_laws()
+        return sensors, is_short
+
     def estimated(
         self, offsets: str, delay: str, trust: float | None, robust: bool
     ) -> tuple[Sensors, Estimation, Array, Possible | None]:
@@ -279,17 +326,9 @@ class _Stack:
 
         Records may then be short: offsets are sought, a delay only where it must be.
         """
-        machine, source, linear = self._equations.machine, self._source, self._equations.linear
-        unknowns = [*_unknowns(linear), *self.laws.unknowns(machine, linear)]
-        self._with_laws()
-        if robust:
-            self._leave_out()
-        columns = self.columns
-        is_short, least = self._is_short(len(unknowns)), 0
-        if trust is None:
-            least = FEWEST_ROWS
-            refuse_short(_used(columns.Y), len(unknowns), usual_correlation(columns.correlation), source)
-        sensors = sensors_of_few(columns, offsets, delay) if is_short else sought_sensors(columns, offsets, delay)
+        machine, linear = self._equations.machine, self._equations.linear
+        sensors, is_short = self._sought(offsets, delay, trust is not None, robust)
+        columns, unknowns = self.columns, [*_unknowns(linear), *self.laws.unknowns(machine, linear)]
         tau, slopes = columns.torques(sensors.delay)
         Y, noise = columns.joined(sensors.offsets, slopes if sensors.has_delay else None)
         if not is_short:
@@ -299,14 +338,16 @@ class _Stack:
         sigma = FLOOR * np.abs(tau).max(axis=0) if is_short else None
         estimation = estimate(
             Y, tau, every, names, self._still, noise=noise, correlation=columns.correlation,
-            repeating=columns.repeating, draws=columns.draws, doubts=sensors.doubts(columns), source=source,
-            least=least, sigma=sigma,
+            repeating=columns.repeating, draws=columns.draws, doubts=sensors.doubts(columns),
+            source=self._source, least=0 if trust is not None else FEWEST_ROWS, sigma=sigma,
         )  # fmt: skip
-        if trust is None:
-            return sensors, estimation, tau, None
-        data = Data(Y, tau, self._exerted(), is_short)
-        fitted, bodies = made_possible(machine, linear, data, estimation, trust)
-        return sensors, fitted, tau, bodies
+        bodies = None
+        if trust is not None:
+            data = Data(Y, tau, self._exerted(), is_short)
+            estimation, bodies = made_possible(machine, linear, data, estimation, trust)
+        measured = self._plain.torques(sensors.delay)[0]
+        solution = replace(estimation.solution, predicted=estimation.solution.predicted + (measured - tau))
+        return sensors, replace(estimation, solution=solution), measured, bodies
 
 
 def _noises(rows: Sequence[Rows]) -> tuple[Array, ...]:

@@ -26,7 +26,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import independent_columns
 
 AUTO, ALWAYS, NEVER = "auto", "always", "never"
-"""When offsets or a delay are sought: where data show one, always, never."""
+"""When offsets or a delay are sought: as data say, always, never."""
 DELAY, OFFSET = "DELAY", "OFF"
 SIGNIFICANT = 4.0  # standard deviations from zero
 USUAL = 0.02  # of the largest torque of the joint: offsets that sensors have

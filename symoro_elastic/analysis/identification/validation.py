@@ -104,7 +104,8 @@ def _predicted(result: Identification, Y: Array, offsets: Array) -> Array:
     """Return Y X and offsets of torques, (rows, n)."""
     sought, X = np.concatenate([Y, offsets[:, :, list(result.sensors.offsets)]], axis=2), result.estimation.solution.X
     places = [(k, c) for k, c in enumerate(result.estimation.grouping.kept) if c < sought.shape[2]]
-    predicted: Array = sought[:, :, [c for _, c in places]] @ X[[k for k, _ in places]]
+    about = [result.estimates[c].unknown.about for _, c in places]
+    predicted: Array = sought[:, :, [c for _, c in places]] @ (X[[k for k, _ in places]] + about)
     return predicted
 
 
