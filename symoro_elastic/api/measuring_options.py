@@ -83,7 +83,7 @@ class Identifying(Options, kw_only=False):
     after: float | None = option(None, "S", "Use samples from this time on, s.", kinds.NUMBER, formerly=("--from",))
     before: float | None = option(None, "S", "Use samples up to this time, s.", kinds.NUMBER, formerly=("--to",))
     offsets: str = option(
-        "auto", "WHEN", "Whether constant offsets of torques are sought: {names} (auto: where data do not rule them out).",
+        "auto", "WHEN", "Whether constant offsets of torques are sought: {names} (auto: unless data rule them out).",
         names=lambda: SEEKING,
     )  # fmt: skip
     delay: str = option(

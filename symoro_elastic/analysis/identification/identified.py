@@ -10,7 +10,7 @@ from symoro_elastic.analysis.identification.estimation import POSITIVE, Estimate
 from symoro_elastic.analysis.identification.friction_laws import LOAD, STATIC
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import RegressorColumn
-from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, OFFSET
+from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, OFFSET, shows
 from symoro_elastic.analysis.identification.unit_parameters import has_body
 from symoro_elastic.analysis.identification.validation import Fit
 from symoro_elastic.analysis.time_series.measurements import Measurements
@@ -108,8 +108,8 @@ def machine_with_estimates(
 
 
 def _not_saved(result: Identification) -> list[str]:
-    """Return a line on offsets and the delay of sensors, which no machine has."""
-    found = [e for e in result.estimates if e.unknown.quantity in (OFFSET, DELAY) and math.isfinite(e.value)]
+    """Return a line on offsets and the delay of sensors that show, which no machine has."""
+    found = [e for e in result.estimates if e.unknown.quantity in (OFFSET, DELAY) and shows(e)]
     lost = [
         f"{e.unknown.label} = {e.value:.4g} is not saved, no friction has it: leave {e.unknown.joint} out of the law"
         for e in result.estimates

@@ -8,7 +8,7 @@ import numpy as np
 
 from symoro_elastic.analysis.identification.estimation import Estimate, Estimation, Verdict
 from symoro_elastic.analysis.identification.filtering import Filter, FilteredMotion
-from symoro_elastic.analysis.identification.sensors import DELAY, OFFSET, SIGNIFICANT, Sensors
+from symoro_elastic.analysis.identification.sensors import DELAY, OFFSET, SIGNIFICANT, Sensors, shows
 from symoro_elastic.analysis.time_series.measurements import Measurements
 from symoro_elastic.analysis.time_series.resolution import resolution_of
 from symoro_elastic.machine.machine import Machine
@@ -56,7 +56,7 @@ def of_sensors(estimation: Estimation, sensors: Sensors, machine: Machine) -> li
 
 def _of_offset(e: Estimate) -> str:
     """Return whether an offset shows that is sought with the parameters."""
-    if abs(e.value) > SIGNIFICANT * e.std:
+    if shows(e):
         what = f"torque of {e.unknown.joint} has an offset of {e.value:.4g} {e.unknown.unit} (std {e.std:.2g})"
         return f"{what}: sought with the parameters"
     what = f"no offset of the torque of {e.unknown.joint} shows, but parameters would take up one below"

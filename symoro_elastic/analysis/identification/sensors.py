@@ -14,6 +14,7 @@ import numpy as np
 from symoro_elastic.analysis.identification.estimation import (
     FROM_DATA,
     Draws,
+    Estimate,
     LeastSquares,
     Unknown,
     balanced,
@@ -97,6 +98,11 @@ class Sensors:
         offsets = [Unknown(x, x, joint.force_unit, joint.name, OFFSET) for x, joint in zip(named, joints, strict=True)]
         free = next(x for x in ("delay", "delay_", "delay__", "torque_delay") if x not in labels.taken)
         return [*offsets, *([Unknown(free, free, "s", "", DELAY, about=self.delay)] if self.has_delay else [])]
+
+
+def shows(e: Estimate) -> bool:
+    """Return whether an estimate is not zero by more than chance."""
+    return abs(e.value) > SIGNIFICANT * e.std
 
 
 def sought_sensors(columns: Columns, offsets: str, delay: str) -> Sensors:
