@@ -246,6 +246,9 @@ CASES = {
     "contacts, robust": Case(_touched, {"robust": True}),
     "plain, robust": Case(asked={"robust": True}),
     "offsets": Case(lambda seed: Draw(seed).record(OFFSETS), truth={"OFF1": OFFSETS[0], "OFF2": OFFSETS[1]}),
+    "offsets of an eighth": Case(
+        lambda seed: Draw(seed).record(OFFSETS / 8), truth={"OFF1": OFFSETS[0] / 8, "OFF2": OFFSETS[1] / 8}
+    ),
     "offsets of zero": Case(asked={"offsets": "always"}, truth={"OFF1": 0.0, "OFF2": 0.0}),
     "delay of 6 ms": Case(lambda seed: Draw(seed, late=LATE).record(), truth={"delay": LATE}),
     "delay of zero": Case(asked={"delay": "always"}, truth={"delay": 0.0}),
