@@ -80,7 +80,8 @@ class _Text:
                 self.changed[node.id] = new
         if node.id in self._variables:
             negative = self._variables[node.id]
-            found = _Written(negative, [(negative, self.changed.get(node.id, node))])
+            minus, x = _signed(self.changed.get(node.id, node))
+            found = _Written(negative, [(negative != minus, x)])
         self._written[node.id] = found
 
     def _of(self, x: Operand) -> _Written:

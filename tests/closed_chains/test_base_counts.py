@@ -100,8 +100,8 @@ def test_the_model_has_what_show_lists(name: str) -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_the_identification_has_the_rank_of_its_columns(name: str) -> None:
     described = machine(name)
-    if described.with_backlash:
-        with pytest.raises(InputError, match="not linear in parameters"):
+    if described.with_backlash or any(not joint.cogging.amplitude.is_zero for joint in described.joints):
+        with pytest.raises(InputError, match="not linear in"):
             regressor(described, parameter_values(described))
         return
     if name in VARYING:

@@ -22,11 +22,11 @@ from symoro_elastic.numerics.guarantees.box import Box, points
 from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.linear_solver import Solver
 from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
-from symoro_elastic.numerics.guarantees.running_error import Bounds, Known, Rounding, running_errors
+from symoro_elastic.numerics.guarantees.running_error import Bounds, Known, Narrowing, Rounding, running_errors
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
 from symoro_elastic.numerics.quantile_bound import CONFIDENCE, bound_of_more
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
-from symoro_elastic.symbolic.operations import DIVIDE
+from symoro_elastic.symbolic.operations import DIVIDE, NEGATE
 
 MOST_SUB_BOXES = 64
 DRAWN, UNSEEN = 1000, 1_000_000
@@ -155,8 +155,8 @@ class Subject:
             return self
 
         def knowledge(parts: Parts) -> Known:
-            found = self.knowledge(parts)
-            return {changed[number].id if number in changed else number: x for number, x in found.items()}
+            found = {number: (changed.get(number), x) for number, x in self.knowledge(parts).items()}
+            return dict(_of_positive(number, new, x) for number, (new, x) in found.items())
 
         solver = self.solver and self.solver.moved(partial(in_place_of, changed=changed), program)
         return replace(self, function=replace(self.function, program=program), knowledge=knowledge, solver=solver)
@@ -179,6 +179,13 @@ class Subject:
     def solved(self, bounds: Bounds, parts: Parts, adjoints: bool = True) -> Bounds:
         """Smaller ranges and errors, of all nodes, from those of the system that is solved (lemma 8)."""
         return self.solver(bounds, parts, adjoints) if self.solver else bounds
+
+
+def _of_positive(number: int, new: Expression | None, x: Narrowing) -> tuple[int, Narrowing]:
+    """Number of a node, or of what stands in its place without its sign, and what is known of that."""
+    if new is None:
+        return number, x
+    return new.positive.id, (lambda found: -x(-found)) if new.operation == NEGATE else x
 
 
 def certify(
@@ -278,6 +285,6 @@ def _pivots(subject: Subject, bounds: Bounds) -> Iterator[PivotBound]:
     named += [(name, number) for name, number in named if PIVOT.fullmatch(name)]
     names = {number: name for name, number in named}
     divisors = (node.operands[1] for node in subject.nodes if node.operation == DIVIDE)
-    for k, x in enumerate(dict.fromkeys(x for x in divisors if isinstance(x, Expression))):
+    for k, x in enumerate(dict.fromkeys(x.positive for x in divisors if isinstance(x, Expression))):
         least = np.min(bounds.computed(x).least_magnitude)
         yield PivotBound(names.get(x.id, f"divisor {k + 1}"), float(least))

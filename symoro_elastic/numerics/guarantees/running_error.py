@@ -117,7 +117,8 @@ class Bounds:
         return self.range_of(x).widened(self.error_of(x))
 
 
-Known: TypeAlias = Mapping[int, Callable[[Interval], Interval]]
+Narrowing: TypeAlias = Callable[[Interval], Interval]
+Known: TypeAlias = Mapping[int, Narrowing]
 """What is known of nodes beside their intervals, by number: a function that makes the interval smaller."""
 
 

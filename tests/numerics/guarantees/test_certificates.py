@@ -14,6 +14,7 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.codegen.precision import PRECISIONS
+from symoro_elastic.codegen.printed_order import in_printed_order
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import certificates, prepare_machine, programs
 from symoro_elastic.machine.described import DescribedMachine
@@ -95,7 +96,7 @@ def test_no_certificate_is_exceeded(name: str) -> None:
 def test_divisors_are_above_their_bounds(name: str) -> None:
     machine = limited(MACHINES[name](), 0.3)
     found = certified(machine, "direct_dynamics")
-    program = programs(machine, Scene(models=("direct_dynamics",))).package.functions[0].program
+    program, _ = in_printed_order(programs(machine, Scene(models=("direct_dynamics",))).package.functions[0].program)
     divisors = [x.operands[1] for x in program.nodes if x.operation == DIVIDE and isinstance(x.operands[1], Expression)]
     states = found.box.states(2000, np.random.default_rng(1))
     value = evaluate(divisors, states, arithmetic(np.float64))

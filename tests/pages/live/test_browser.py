@@ -59,7 +59,7 @@ def command(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Served, 
             assert process.stdout and process.stderr
             yield Served(process.stdout.readline().strip()), path
             process.send_signal(signal.SIGINT)
-            assert (process.wait(20), process.stderr.read()) == (0, "")
+            assert (process.wait(60), process.stderr.read()) == (0, "")
         finally:
             process.kill()
 
