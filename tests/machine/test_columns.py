@@ -17,7 +17,7 @@ from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Par
 from symoro_elastic.machine.named_cells import with_named_cells
 from symoro_elastic.machine.views import machine_table
 from symoro_elastic.models.base_parameters import base_grouping
-from symoro_elastic.numerics.values import DRAWS, parameter_values
+from symoro_elastic.numerics.values import DRAWS, DRAWS_WHERE_NAMED, parameter_values
 
 BODIES = (Dimension.MASS, Dimension.FIRST_MOMENT, Dimension.INERTIA)
 
@@ -102,7 +102,7 @@ def test_checks_see_every_cell(kind: type[Joint]) -> None:
 @pytest.mark.parametrize("kind", [Joint, PreloadedJoint])
 def test_every_dimension_has_values_of_its_own(kind: type[Joint]) -> None:
     """Names that no cell holds alone are drawn near one; here every name is a cell."""
-    assert {*DRAWS, *BODIES} == set(Dimension)
+    assert {*DRAWS, *DRAWS_WHERE_NAMED, *BODIES} == set(Dimension)
     machine = full_machine(kind)
     values = parameter_values(machine)
     assert values["x2xstiffness"] >= 100 and abs(values["x1xcoulombfriction"]) <= 1.0
