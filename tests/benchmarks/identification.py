@@ -159,7 +159,7 @@ def deviations(title: str, periods: int, runs: int, first: int = SEED) -> tuple[
     """Return (estimate - truth) / std and errors (runs, parameters), NaN where not found, and the labels."""
     case = _case(title)
     found = [case.identified(periods, first + run) for run in progress(range(runs), title)]
-    errors = np.array([[e.value - e.unknown.nominal for e in run.estimates] for run in found])
+    errors = np.array([[e.value - np.nan_to_num(e.unknown.nominal) for e in run.estimates] for run in found])
     stds = np.array([[e.std for e in run.estimates] for run in found])
     return errors / stds, errors, [e.unknown.label for e in found[0].estimates]
 

@@ -153,13 +153,13 @@ def test_slow_noise_raises_standard_deviations() -> None:
 
 @pytest.mark.thorough
 def test_truth_lies_within_the_standard_deviations() -> None:
-    """10 runs of 16 parameters with dry friction and coarse encoders.
+    """10 runs of 16 parameters with dry friction and coarse encoders, and an offset that may hide in one of them.
 
     Parameters of a run are correlated, so 160 estimates are taken for 53 draws: three standard deviations of their
     binomial shares are 0.19, 0.09 and 0.03. `python -m tests.benchmarks.identification` is the whole check.
     """
     z, _, labels = deviations("cylindrical arm, coarse encoders", 2, 10)
-    assert z.shape == (10, 16) and {"FS1", "FS2", "FS3"} <= set(labels)
+    assert z.shape == (10, 17) and {"FS1", "FS2", "FS3"} <= set(labels)
     inside = [float((abs(z) < k).mean()) for k in (1, 2, 3)]
     assert abs(inside[0] - 0.683) < 0.19 and inside[1] > 0.954 - 0.09 and inside[2] > 0.997 - 0.03
     assert abs(float(z.mean())) < 3 / math.sqrt(53)

@@ -53,13 +53,14 @@ def command(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Served, 
     line = [sys.executable, "-m", "symoro_elastic", "live", path.name]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
-        line, cwd=path.parent, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as process:
+        line, cwd=path.parent, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509 (else ignored in the background)
+    ) as process:  # fmt: skip
         try:
             assert process.stdout and process.stderr
             yield Served(process.stdout.readline().strip()), path
             process.send_signal(signal.SIGINT)
-            assert (process.wait(60), process.stderr.read()) == (0, "")
+            assert (process.wait(20), process.stderr.read()) == (0, "")
         finally:
             process.kill()
 
