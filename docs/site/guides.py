@@ -1,4 +1,4 @@
-"""Guides of the folder `docs` as pages of the site: links that leave the folder, and pictures that commands make."""
+"""Guides of the folder `docs` as pages of the site: links that leave the folder, pictures that commands make, how they print."""
 
 from __future__ import annotations
 
@@ -39,6 +39,7 @@ def guides(work: Path, make: bool) -> Iterator[tuple[str, str | bytes]]:
             yield path.name, on_site(DRAWN.sub(partial(_shown, path.stem, pictures), shown))
     for path in (*(ROOT / "examples").glob("*.svg"), *(ROOT / "docs").glob("*.svg"), *(ROOT / "docs").glob("*.png")):
         yield path.name, path.read_bytes()
+    yield "print.css", (Path(__file__).parent / "print.css").read_bytes()
 
 
 def on_site(markdown: str) -> str:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import re
+import shlex
 from collections import Counter
 from functools import cache
 from pathlib import Path
 
+import click
 import pytest
 
 import symoro_elastic
@@ -19,14 +22,7 @@ PROMISE = re.compile(r"^\| (?P<promise>[^|]+) \| `(?P<path>[\w/]+\.py)::(?P<name
 PROMISES = PROMISE.findall((TESTS / "README.md").read_text(encoding="utf-8"))
 DOCUMENTS = (
     *("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "tests/README.md"),
-    *(
-        "docs/formats.md",
-        "docs/completion.md",
-        "docs/closed_chains.md",
-        "docs/simulation.md",
-        "docs/scenes.md",
-        "docs/robots.md",
-    ),
+    *(str(path.relative_to(ROOT)) for path in sorted((ROOT / "docs").rglob("*.md"))),
 )
 
 
@@ -87,6 +83,18 @@ def test_modules_that_are_run_exist(document: str) -> None:
 def test_commands_that_are_named_exist(document: str) -> None:
     for name in re.findall(r"symoro-elastic ([a-z][\w-]*)", text(document)):
         assert name in cli.commands, name
+
+
+@pytest.mark.parametrize("document", [name for name in DOCUMENTS if name != "CHANGELOG.md"])
+def test_options_that_are_named_exist(document: str) -> None:
+    """Commands within sentences and tables; an option may stand there without its value."""
+    for code in re.findall(r"`(?:symoro-elastic )?([^`\n]+)`", text(document)):
+        name, *rest = code.split(" ", 1)
+        if rest and name in cli.commands:
+            command = cli.commands[name]
+            parser = command.make_parser(click.Context(command))
+            with contextlib.suppress(click.BadOptionUsage):
+                parser.parse_args(shlex.split(rest[0]))
 
 
 # The version

@@ -5,29 +5,26 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-COLOURS = {"generated": "#0b5d8f", "scipy": "#7bccc4", "CVODE": "#2b8cbe", "MuJoCo": "#b0b0b0"}
+from symoro_elastic.foundation.pictures import Plot, picture
+from symoro_elastic.foundation.plot_style import dots, shades
 
 
 def draw(figures: list[dict[str, Any]], file: Path) -> None:
-    """Bars: milliseconds in C for each stiffness, logarithmic; none where an integrator does not get there."""
-    import matplotlib as mpl
-
-    mpl.use("svg")
-    from matplotlib import pyplot
-
+    """Milliseconds in C for each stiffness, logarithmic; none where an integrator does not get there."""
     stiffer = list(dict.fromkeys(one["stiffer"] for one in figures))
-    with mpl.rc_context({"svg.hashsalt": "scenes", "svg.fonttype": "none", "font.size": 8}):
-        drawing, panels = pyplot.subplots(1, len(stiffer), figsize=(8, 3), sharey=True, layout="constrained")
-        for panel, times in zip(panels, stiffer, strict=True):
-            rows = list({one["name"]: one for one in figures if one["stiffer"] == times}.values())[::-1]
-            for place, one in enumerate(rows):
-                if one.get("in_c"):
-                    panel.barh(place, one["in_c"], color=COLOURS[one["name"].split()[0]])
-                else:
-                    panel.annotate("too many steps", (1e-2, place), va="center")
-            panel.set_yticks(range(len(rows)), [one["name"] for one in rows])
-            panel.set_xscale("log")
+    names = list(dict.fromkeys(one["name"] for one in figures))
+
+    def panels(*axes: Any) -> None:
+        for panel, times in zip(axes, stiffer, strict=True):
+            found = {one["name"]: one.get("in_c") for one in figures if one["stiffer"] == times}
+            dots(panel, {"": [found.get(name) for name in names]}, names)
+            for place, name in enumerate(names):
+                if name in found and not found[name]:
+                    panel.annotate("too many steps", (1e-2, place), va="center", color=shades().ink)
             panel.set_title(f"springs x {times:g}")
-            panel.set_xlabel("ms for 50 ms; scipy, CVODE: evaluations alone")
-        drawing.savefig(file, metadata={"Date": None, "Creator": None})
-        pyplot.close(drawing)
+        for panel in axes[1:]:
+            panel.set_yticklabels([])
+
+    title = "Time of 50 ms of motion (ms); of scipy and CVODE the evaluations alone"
+    plot = Plot(title, panels, columns=len(stiffer), size=(8, 3), share_x=False)
+    file.write_bytes(picture(plot.figure(), "svg"))

@@ -1,8 +1,8 @@
 """The site in Chromium, opened from its folder: `python -m tests.benchmarks.site_pages SITE FOLDER [PAGE ...]`.
 
 Every page, 1400 and 390 px wide, light and dark: no error, no request but of its own files, nothing wider than the
-window, pictures that are there and have a text. The search finds a word. The first screen of each page goes to a
-folder. The page of servers for what is missing is left out. Needs what `tests.benchmarks.pages` needs.
+window, pictures that are there and have a text. The search finds a word, the cheat sheet prints on one page. The
+first screen of each page goes to a folder. The page of servers for what is missing is left out. Needs what `tests.benchmarks.pages` needs.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ WIDEST = """() => [...document.querySelectorAll("article *")].filter((x) =>
   x.getBoundingClientRect().right > innerWidth + 1 && !x.closest(".md-typeset__scrollwrap, pre, table, details")
 ).slice(0, 3).map((x) => x.outerHTML.slice(0, 80))"""
 SEARCHED = "frequency"
+PRINTED = re.compile(rb"/Type\s*/Page\b")
 
 
 def opened_page(context: Any, site: Path, file: Path) -> Opened:
@@ -54,6 +55,12 @@ def check_search(opened: Opened) -> None:
     opened.expect(not found.inner_text().startswith("0"), f"nothing is found of {SEARCHED}")
 
 
+def check_print(opened: Opened) -> None:
+    """Print a page."""
+    count = len(PRINTED.findall(opened.page.pdf(prefer_css_page_size=True)))
+    opened.expect(count == 1, f"{count} pages of paper")
+
+
 def main(site: Path, folder: Path, names: list[str]) -> int:
     """Open the pages; 1 where something is wrong."""
     from playwright.sync_api import sync_playwright
@@ -72,6 +79,8 @@ def main(site: Path, folder: Path, names: list[str]) -> int:
                     check(opened)
                     if file.name == "index.html":
                         check_search(opened)
+                    if file.name == "cheat_sheet.html":
+                        check_print(opened)
                     opened.page.screenshot(path=folder / f"{opened.name.replace('/', '_')}.{size}.{scheme}.png")
                     if opened.wrong:
                         print(opened.name, size, scheme, *opened.wrong, sep="; ")

@@ -122,8 +122,9 @@ MEASURED, DEAD_TIME, PERIOD = (
 DRIVES = Section(
     f"[{HEADING}]",
     "Controllers of the motors: a position controller Kv around a velocity controller Kp (1 + 1/(Tn s)) around a "
-    "current loop. Gains belong to the variable of the joint: those of the rotor's own axis are Kp/ratio^2. No model "
-    "depends on them: `control` takes them.",
+    "current loop. Gains belong to the variable of the joint: those of the rotor's own axis are Kp/ratio^2. "
+    "`control`, `lobes`, `sweep`, `simulate`, `ladder`, time steps and FMUs take them; no model of the machine alone "
+    "depends on them.",
     (
         *(KV, KP, TN),
         Key("current", CURRENT.type, CURRENT.meaning, "{ lag = 2e-4 }", otherwise="no lag"),
