@@ -1,4 +1,4 @@
-"""Guides of the folder `docs` as pages of the site: links that leave the folder, pictures that commands make, how they print."""
+"""Guides of the folder `docs` as pages of the site: links that leave the folder, pictures that commands make, print."""
 
 from __future__ import annotations
 

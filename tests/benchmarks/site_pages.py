@@ -2,7 +2,8 @@
 
 Every page, 1400 and 390 px wide, light and dark: no error, no request but of its own files, nothing wider than the
 window, pictures that are there and have a text. The search finds a word, the cheat sheet prints on one page. The
-first screen of each page goes to a folder. The page of servers for what is missing is left out. Needs what `tests.benchmarks.pages` needs.
+first screen of each page goes to a folder. The page of servers for what is missing is left out. Needs what
+`tests.benchmarks.pages` needs.
 """
 
 from __future__ import annotations
