@@ -19,6 +19,7 @@ from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Table
+from symoro_elastic.generation import pipeline
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.traced import trace_models
 from tests.benchmarks.steps import largest_stack
@@ -56,6 +57,16 @@ def test_the_command_shown_is_all_that_the_code_depends_on(monkeypatch: pytest.M
     assert tools.command == "gcc -std=c99 -O2 -ffast-math -std=gnu11"
     others = [word for word in commands[0] if word not in WITHOUT_EFFECT and not word.startswith("some.")]
     assert " ".join(others) == tools.command
+    assert [word for word in commands[0] if word.startswith("-g")] == ["-g1"], "all of -g takes gcc a third longer"
+
+
+@needs_gcc
+def test_the_wait_for_the_compiler_of_a_report_is_announced(tmp_path: Path) -> None:
+    """A cross compiler takes a minute for 30 joints: a line says what runs, before it runs."""
+    announced: list[str] = []
+    tools = tool_chain("gcc", "")
+    pipeline.generate(planar_2r(), Scene(), ("c",), tmp_path, announced.append, tools=tools)
+    assert announced[-2:] == [f"compile: {tools.command}", "write"]
 
 
 def costs(found: CodeReport) -> dict[str, tuple[int | None, int | None]]:
