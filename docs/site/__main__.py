@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -44,7 +45,8 @@ def build(out: Path, make: bool = True, more: str = "") -> None:
         text = CONFIGURATION.read_text(encoding="utf-8")
         text = text if make else re.sub(r"^.*(gallery|tutorials/).*\n", "", text, flags=re.MULTILINE)
         (work / "zensical.toml").write_text(text.replace("VERSION", __version__) + more, encoding="utf-8")
-        subprocess.run([sys.executable, "-m", "zensical", "build", "--strict"], cwd=work, check=True)
+        paths = {**os.environ, "PYTHONPATH": str(ROOT)}
+        subprocess.run([sys.executable, "-m", "zensical", "build", "--strict"], cwd=work, env=paths, check=True)
         complete(work / "site")
         shutil.rmtree(out, ignore_errors=True)
         shutil.copytree(work / "site", out)

@@ -42,6 +42,8 @@ def with_arguments(function: Callable[P, T]) -> Callable[P, T]:
             file = PACKAGE if error.file == COMMAND else error.file
             raise InputError(file, in_words(error.place, annotations), in_words(error.what, annotations)) from None
 
+    called.__signature__ = bound  # type: ignore[attr-defined]
+    del called.__wrapped__
     return called
 
 

@@ -261,13 +261,17 @@ def operation_on_models(record: Callable[P, O]) -> Callable[[Callable[[M, O], R]
 
 
 def _described(function: Any, record: Any, machine: str, models: str = "") -> Any:
-    """Return a function with the signature and the docstring that follow from the options of a record."""
+    """Return a function with the signature and the docstring that follow from the options of a record.
+
+    It does not lead to the function that it wraps: programs that write documentation would show that one's signature.
+    """
     annotations = [*function.__annotations__.values(), Signature.empty]
     first = Parameter("machine", Parameter.POSITIONAL_OR_KEYWORD, annotation=annotations[0])
     returned = function.__annotations__.get("return", Signature.empty)
     function.__signature__ = Signature([first, *_parameters(record, models)], return_annotation=returned)
     function.__doc__ = with_parameters(function.__doc__ or "", record, machine)
     function.options = record
+    del function.__wrapped__
     return function
 
 

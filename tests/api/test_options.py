@@ -198,6 +198,17 @@ def test_positions_are_given_as_before() -> None:
         assert [row.name for row in options(record) if not row.is_keyword] == names
 
 
+def test_documentation_finds_the_options_of_functions() -> None:
+    """Programs that write it follow functions to those that they wrap, which take a record."""
+    for name in se.__all__:
+        function = getattr(se, name)
+        if inspect.isfunction(function):
+            found = inspect.signature(inspect.unwrap(function))
+            assert "options" not in found.parameters and "**" not in str(found), name
+            if hasattr(function, "options"):
+                assert all(f"\n{row}" in inspect.cleandoc(function.__doc__ or "") for row in found.parameters), name
+
+
 def test_public_names_are_those_for_type_checkers() -> None:
     tree = ast.parse(Path(se.__file__).read_text(encoding="utf-8"))
     imported = next(node for node in tree.body if isinstance(node, ast.If)).body
