@@ -38,7 +38,7 @@ PYTHON = Dialect(
     "",
     lambda text: f"# {text}",
     _python_continued,
-    {name: f"_f.{name}" for name in ("sin", "cos", "sqrt", "sign", "atan2")},
+    {name: f"_f.{name}" for name in ("sin", "cos", "sqrt", "sign", "atan2", "minimum", "maximum")},
 )
 
 

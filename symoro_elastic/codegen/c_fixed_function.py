@@ -29,7 +29,7 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.package_context import function_context
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
 from symoro_elastic.symbolic.expression import Expression, Operand
-from symoro_elastic.symbolic.operations import ADD, MULTIPLY, NEGATE, SIGN, SIN, SUBTRACT, SYMBOL
+from symoro_elastic.symbolic.operations import ADD, MAXIMUM, MINIMUM, MULTIPLY, NEGATE, SIGN, SIN, SUBTRACT, SYMBOL
 from symoro_elastic.symbolic.program import Statement
 
 
@@ -69,6 +69,10 @@ class FixedPrinter(Printer):
             return self.product(node, flipped)
         if node.operation == SIGN:
             return self.made(flipped, "sign", self.text(node.operands[0]).signed())
+        if node.operation in (MINIMUM, MAXIMUM):
+            return self.made(
+                flipped, node.operation, *(self.aligned(x, self.bits(node)).signed() for x in node.operands)
+            )
         return self.circle(node, flipped)
 
     def aligned(self, x: Operand, bits: int) -> Text:

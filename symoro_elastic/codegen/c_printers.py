@@ -17,6 +17,8 @@ from symoro_elastic.symbolic.operations import (
     ATAN2,
     COS,
     DIVIDE,
+    MAXIMUM,
+    MINIMUM,
     MULTIPLY,
     NEGATE,
     SIGN,
@@ -27,7 +29,9 @@ from symoro_elastic.symbolic.operations import (
 )
 from symoro_elastic.symbolic.program import Program, Statement
 
-FUNCTIONS = dict.fromkeys((SIN, COS, SQRT, SIGN, ATAN2))
+OWN_FUNCTIONS = (SIGN, MINIMUM, MAXIMUM)
+"""Functions that C has not, or whose NaN is another."""
+FUNCTIONS = dict.fromkeys((SIN, COS, SQRT, ATAN2, *OWN_FUNCTIONS))
 OF_PAIRS = {
     ADD: "sum",
     SUBTRACT: "difference",
@@ -39,6 +43,8 @@ OF_PAIRS = {
     SQRT: "sqrt",
     SIGN: "sign",
     ATAN2: "atan2",
+    MINIMUM: "minimum",
+    MAXIMUM: "maximum",
 }
 
 

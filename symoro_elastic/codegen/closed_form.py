@@ -27,6 +27,8 @@ from symoro_elastic.symbolic.operations import (
     COS,
     COSPI,
     DIVIDE,
+    MAXIMUM,
+    MINIMUM,
     MULTIPLY,
     NEGATE,
     PI,
@@ -159,7 +161,12 @@ class Conversion:
     def __init__(self, sympy: Any, known: Mapping[int, Any] | None = None) -> None:
         self.sympy = sympy
         self.found = dict(known or {})
-        own: Functions = {PI: lambda: sympy.pi, COSPI: lambda a: sympy.cos(sympy.pi * a)}
+        own: Functions = {
+            PI: lambda: sympy.pi,
+            COSPI: lambda a: sympy.cos(sympy.pi * a),
+            MINIMUM: sympy.Min,
+            MAXIMUM: sympy.Max,
+        }
         self.operations = library(sympy, own)
 
     def __call__(self, x: Operand) -> Any:
@@ -214,6 +221,8 @@ class _Printer:
             sympy.cos: NAMED[COS],
             sympy.sign: NAMED[SIGN],
             sympy.atan2: NAMED[ATAN2],
+            sympy.Min: NAMED[MINIMUM],
+            sympy.Max: NAMED[MAXIMUM],
         }
 
     def text(self, x: Any) -> Text:

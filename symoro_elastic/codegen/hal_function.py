@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 
 from symoro_elastic.codegen.body import C, Writer
 from symoro_elastic.codegen.c_lines import INDENT, WIDTH, comment, in_comment, statement, with_arguments
+from symoro_elastic.codegen.c_printers import OWN_FUNCTIONS
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import Printer
-from symoro_elastic.symbolic.operations import SIGN
 from symoro_elastic.symbolic.program import Statement, by_section
 
 LARGEST_FRAME = 2560
@@ -38,8 +38,8 @@ class HalFunction:
         """`static` puts variables out of the stack; None: those of a large model."""
         self.package, self.function = package, function
         self.name = f"{package.name}_{function.name}"
-        self.sign = f"{package.name}_sign"
-        self.printer = Printer(function.program, functions={SIGN: self.sign})
+        self.own = {operation: f"{package.name}_{operation}" for operation in OWN_FUNCTIONS}
+        self.printer = Printer(function.program, functions=self.own)
         self.writer = HalWriter(self.printer, C, package.joint_names)
         self.lines = [*self._statements(), *self._stored()]
         self.entries = {
@@ -51,9 +51,9 @@ class HalFunction:
         self.is_static = 8 * len(self.variables) > LARGEST_FRAME - OTHERS if static is None else static
 
     @property
-    def signs(self) -> bool:
-        """Whether it calls the function for signs."""
-        return any(f"{self.sign}(" in line for line in self.lines)
+    def called(self) -> set[str]:
+        """The operations that it calls functions of its own for."""
+        return {key for key, name in self.own.items() if any(f"{name}(" in line for line in self.lines)}
 
     def text(self) -> str:
         """Return the definition."""

@@ -14,7 +14,8 @@ JAVASCRIPT = Dialect(
     ";",
     lambda text: f"// {text}",
     c_continued,
-    {name: f"Math.{name}" for name in ("sin", "cos", "sqrt", "sign", "atan2")},
+    {name: f"Math.{name}" for name in ("sin", "cos", "sqrt", "sign", "atan2")}
+    | {"minimum": "Math.min", "maximum": "Math.max"},
 )
 
 IN_USE = frozenset(("Math", "q", "q_dep", "do", "if", "in", "of", "let", "new", "try", "var", "for"))

@@ -14,13 +14,34 @@ from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printer, Text
 from symoro_elastic.quantities import Quantity
 from symoro_elastic.quantities.frames import BASE, frame_names
 from symoro_elastic.symbolic.expression import Constant, Expression, Operand
-from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, MULTIPLY, PI, SIGN, SIN, SQRT, SYMBOL
+from symoro_elastic.symbolic.operations import (
+    ATAN2,
+    COS,
+    COSPI,
+    DIVIDE,
+    MAXIMUM,
+    MINIMUM,
+    MULTIPLY,
+    PI,
+    SIGN,
+    SIN,
+    SQRT,
+    SYMBOL,
+)
 from symoro_elastic.symbolic.program import Output, Program, Section, Statement, by_section
 
 MATRIX = 8
 LONG = 60
 NUMBER = re.compile(r"(?:\\frac\{)?\d")
-NAMED = {SIN: r"\sin", COS: r"\cos", SIGN: r"\operatorname{sign}", ATAN2: r"\operatorname{atan2}", COSPI: r"\cos"}
+NAMED = {
+    SIN: r"\sin",
+    COS: r"\cos",
+    SIGN: r"\operatorname{sign}",
+    ATAN2: r"\operatorname{atan2}",
+    COSPI: r"\cos",
+    MINIMUM: r"\min",
+    MAXIMUM: r"\max",
+}
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.package_context import SINGULAR, count_text
 from symoro_elastic.codegen.printers import ATOM, OPERATORS, Printer, Rule, Text, product, quotient
 from symoro_elastic.codegen.target import words
-from symoro_elastic.symbolic.operations import DIVIDE, MULTIPLY, SQRT
+from symoro_elastic.symbolic.operations import DIVIDE, MAXIMUM, MINIMUM, MULTIPLY, SQRT
 from symoro_elastic.symbolic.program import Program, Statement, rename_variables
 
 LONGEST_NAME = 63
@@ -31,7 +31,7 @@ CONSTANTS = words("ans e eps i I inf Inf j J NA nan NaN pi Inf true false")
 """Names that both give a value."""
 OWN = words(
     """
-    atan2 checked cos error nargin p permute real_sqrt reshape sign sin sqrt states zeros
+    atan2 checked cos error isnan max maximum min minimum nargin p permute real_sqrt reshape sign sin sqrt states zeros
     """
 )
 """Functions that are called, and identifiers of the templates."""
@@ -41,6 +41,8 @@ def _continued(head: str, parts: list[str]) -> str:
     return " ...\n        ".join([head + parts[0], *parts[1:]])
 
 
+EXTREMA = (MINIMUM, MAXIMUM)
+"""Those of MATLAB leave out NaN."""
 MATLAB = Dialect("", ";", lambda text: f"% {text}", _continued, {SQRT: "real_sqrt"})
 
 
@@ -73,7 +75,7 @@ class MatlabFunction:
     results: tuple[MatlabArray, ...]
     described: tuple[str, ...]
     body: str
-    has_roots: bool
+    called: set[str]
 
     @property
     def left(self) -> str:
@@ -147,7 +149,7 @@ def matlab_function(package: Package, function: Function) -> MatlabFunction:
         results=results,
         described=tuple(_described(function)),
         body="\n".join([*(_by_rows(one) for one in arguments if one.columns is not None), *read, *lines]),
-        has_roots=any("real_sqrt(" in line for line in lines),
+        called={name for name in (*MATLAB.functions.values(), *EXTREMA) if any(f"{name}(" in line for line in lines)},
     )
 
 

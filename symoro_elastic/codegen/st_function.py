@@ -13,13 +13,13 @@ from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.printers import ATOM, Printer, Text
 from symoro_elastic.codegen.st_lines import INDENT, WIDTH, comment, declarations, in_comment, statement
 from symoro_elastic.codegen.st_names import StNames
-from symoro_elastic.symbolic.operations import ATAN2, COS, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.operations import ATAN2, COS, MAXIMUM, MINIMUM, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.program import Statement, by_section, rename_variables
 
 LONGEST_BLOCK = 4000
 """Statements of a function block: controllers limit the size of code."""
-OWN_FUNCTIONS = (SIGN, ATAN2)
-"""Operations that Structured Text has no function for."""
+OWN_FUNCTIONS = (SIGN, ATAN2, MINIMUM, MAXIMUM)
+"""Operations that Structured Text has no function for, or whose NaN is left open."""
 PREPARED, WORK = "prepared", "work"
 NEXT, START, AT_REST = "_next", "_start", "at_rest"
 """What results end with that are arguments a period later, and models that give these arguments at the start."""

@@ -252,6 +252,13 @@ class Machine(Shown):
         return tuple(j for j in self.articulated if not self.joint(j).friction.bristle.is_zero)
 
     @property
+    def largest_deflections(self) -> tuple[float, ...]:
+        """Deflections, rad or m, at which bristles slip at rest, where all parameters have values."""
+        values = {p.name: p.value.value() for p in self.parameters if p.value is not None}
+        laws = (self.joint(j).friction for j in self.bristles)
+        return tuple(max(x.coulomb.value(values), x.static.value(values)) / x.bristle.value(values) for x in laws)
+
+    @property
     def loaded(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints whose friction rises with the load, in table order: the entries of load."""
         return tuple(j for j in self.articulated if not self.joint(j).friction.load.is_zero)

@@ -28,7 +28,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.model import Joints, Model, Result, Results
-from symoro_elastic.symbolic.functions import clamp, cosine_sine, sign, square_root
+from symoro_elastic.symbolic.functions import amount, clamp, cosine_sine, square_root
 from symoro_elastic.symbolic.program import Section
 
 CONTROL, START = "control", "control_start"
@@ -194,7 +194,7 @@ class _Law:
         tau_f = self._filtered(tau_u)
         u, limits = tau_f, self._limits()
         for limit in limits:
-            u = clamp(bound.graph, u, limit)
+            u = clamp(bound.graph, u, -limit, limit)
         if limits:
             u = self._named(u, "taul")
         if integral is not None:
@@ -210,7 +210,7 @@ class _Law:
         found = [] if drive.torque_limit is None else [bound.cell(drive.torque_limit)]
         if drive.current_limit is not None:
             constant = bound.cell(bound.machine.joint(self.j).reflected_electrics.torque_constant)
-            found.append(constant * sign(bound.graph, constant) * bound.cell(drive.current_limit))
+            found.append(amount(bound.graph, constant) * bound.cell(drive.current_limit))
         return found
 
     def _set_points(self) -> tuple[Scalar, Scalar, Scalar]:

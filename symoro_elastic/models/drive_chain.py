@@ -27,7 +27,7 @@ from typing import NamedTuple, Self
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.expression import Graph
-from symoro_elastic.symbolic.functions import clamp, sign
+from symoro_elastic.symbolic.functions import amount, clamp, sign
 
 Scalars = list[Scalar]
 
@@ -85,11 +85,11 @@ class Limit:
 
     def kept(self, f: Scalar) -> Scalar:
         """Return sat(f)."""
-        return clamp(self.graph, f, self.level)
+        return clamp(self.graph, f, -self.level, self.level)
 
     def slope(self, f: Scalar) -> Scalar:
         """Return 1 within the limit, 0 beyond."""
-        return (1 + sign(self.graph, self.level - f * sign(self.graph, f))) / 2
+        return (1 + sign(self.graph, self.level - amount(self.graph, f))) / 2
 
 
 class Inputs(NamedTuple):

@@ -16,7 +16,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.drive_chain import Block, Chain, Inputs, Limit, SetPoint, Winding
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
-from symoro_elastic.symbolic.functions import sign, square_root
+from symoro_elastic.symbolic.functions import amount, minimum, square_root
 
 SET_POINTS = ("r", "rd", "rdd")
 
@@ -92,10 +92,10 @@ def _limit(bound: Bound, j: int, drive: Drive, tn: Scalar) -> Limit | None:
     """Return the limit of the torque, or that of the current as one: the lower of both."""
     levels = [bound.cell(x) for x in (drive.torque_limit,) if x is not None]
     if drive.current_limit is not None:
-        levels.append(_amount(bound, _torque_constant(bound, j)) * bound.cell(drive.current_limit))
+        levels.append(amount(bound.graph, _torque_constant(bound, j)) * bound.cell(drive.current_limit))
     if not levels:
         return None
-    lowest = levels[0] if len(levels) == 1 else (sum(levels) - _amount(bound, levels[0] - levels[1])) / 2
+    lowest = levels[0] if len(levels) == 1 else minimum(bound.graph, *levels)
     return Limit(bound.graph, lowest, 1 / (tn if drive.windup is None else bound.cell(drive.windup)))
 
 
@@ -107,7 +107,7 @@ def _winding(bound: Bound, j: int, drive: Drive) -> Winding | None:
     back = bound.cell(own.torque_constant if own.back_emf.is_zero else own.back_emf) * n
     limit = None
     if drive.voltage_limit is not None:
-        limit = Limit(bound.graph, _amount(bound, Kt) * bound.cell(drive.voltage_limit), 1 / ti)
+        limit = Limit(bound.graph, amount(bound.graph, Kt) * bound.cell(drive.voltage_limit), 1 / ti)
     return Winding(
         *(bound.cell(of.kp), ti, bound.cell(own.resistance), bound.cell(own.inductance)),
         *(Kt * back, bound.cell(of.compensation)),
@@ -123,10 +123,6 @@ def _ratio(bound: Bound, j: int) -> Scalar:
 def _torque_constant(bound: Bound, j: int) -> Scalar:
     """Return what a current does on the joint of a motor, N m/A or N/A."""
     return bound.cell(bound.machine.joint(j).electrics.torque_constant) * _ratio(bound, j)
-
-
-def _amount(bound: Bound, x: Scalar) -> Scalar:
-    return x * sign(bound.graph, x)
 
 
 def _set_point(bound: Bound, drive: Drive) -> SetPoint | None:

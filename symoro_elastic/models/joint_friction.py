@@ -3,23 +3,23 @@
     g(v)  = Fc + (Fb - Fc)/(1 + (v/vb)^2) + mu |lambda|             Stribeck without exp, Hess and Soom 1990
     Gamma = s0 z + s1 zd + s2 v,   zd = v (1 - alpha y)             (D1), (D2)
     y     = s0 z sign(v)/g(v),     alpha = x^2 (3 - 2 x),   x = min(max((y - b)/(1 - b), 0), 1)
-          = 1/2 + d (3 - (d/w)^2)/(4 w),     d = |y - b| - |y - 1|,   w = 1 - b
 
 y is the deflection of the bristle by that of steady slip, positive where it bends in the sense of the motion, so that
-alpha is 0 elsewhere without a branch. b = 0 stands for LuGre, alpha = 1. Absolute values are made of `sign`, which all
-targets, intervals and certificates have: of the difference of two they bound x on both sides, in few operations.
+alpha is 0 elsewhere without a branch. b = 0 stands for LuGre, alpha = 1. With c^4 = 2 (1 - b) and k = c/(1 - b), in
+fewer operations:
+
+    alpha y = X^2 (3 c/2 - X) (k y),     X = c x = min(max(k y - k b, 0), c)
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.joint_laws import friction, friction_slope, smooth_sign
 from symoro_elastic.symbolic.differentiation import Differentiation, substitute
 from symoro_elastic.symbolic.expression import Graph
-from symoro_elastic.symbolic.functions import sign, square_root
+from symoro_elastic.symbolic.functions import amount, clamp, maximum, sign, square_root
 
 
 @dataclass(frozen=True)
@@ -59,18 +59,17 @@ class JointFriction:
         speed = self._speed()
         return sign(self.graph, self.v) if speed is None else smooth_sign(self.v, speed)
 
-    def level(self) -> Scalar:
-        """g(v), the dry friction of steady slip."""
-        level = self.coulomb
+    def level(self, over: Scalar = 1) -> Scalar:
+        """g(v), the dry friction of steady slip, by a number."""
+        level = self.coulomb / over
         if not is_zero(self.static):
-            ratio = self.v / self.stribeck
-            level = level + (self.static - self.coulomb) / (1 + ratio * ratio)
-        return level if is_zero(self.share) else level + self.share * self._amount(self.load)
+            square = self.stribeck * self.stribeck
+            level = level + (self.static - self.coulomb) * square / over / (square + self.v * self.v)
+        return level if is_zero(self.share) else level + self.share / over * amount(self.graph, self.load)
 
     def rate_of_bristle(self) -> Scalar:
         """Return zd."""
-        y = self._bent()
-        return self.v * (1 - self._slipping(y) * y)
+        return self.v * (1 - self._held_back(self.bristle * self.z * self._side()))
 
     def slope(self) -> Scalar:
         """Derivative of friction by v, z held; a sign counts as constant."""
@@ -91,26 +90,30 @@ class JointFriction:
 
         That by z is of a bristle that slips: one that is bent in fast motion will do so within the step.
         """
-        by_z = self.bristle * sign(self.graph, self.v) / self.level()
-        y = by_z * self.z
-        left = 1 - self._slipping(y) * y
-        followed = (left + self._amount(left)) / 2
-        a = by_z * self.v
-        return ImplicitBristle(g, self.bristle, self.damping, a, followed, 1 / (1 + g * a))
+        by_z = self.bristle * self._side()
+        followed = maximum(self.graph, 1 - self._held_back(by_z * self.z), 0)
+        return ImplicitBristle(g, self.bristle, self.damping, self._scales[1], by_z * self.v, followed)
 
-    def _bent(self) -> Scalar:
-        return self.bristle * self.z * sign(self.graph, self.v) / self.level()
-
-    def _slipping(self, y: Scalar) -> Scalar:
-        """Return alpha."""
+    @property
+    def _scales(self) -> tuple[Scalar, Scalar]:
+        """Return c and k."""
         if is_zero(self.breakaway):
-            return 1
+            return 1, 1
         width = 1 - self.breakaway
-        d = self._amount(y - self.breakaway) - self._amount(y - 1)
-        return Fraction(1, 2) + d * (Fraction(3, 4) / width - d * d / (4 * width * width * width))
+        c = square_root(self.graph, square_root(self.graph, 2 * width))
+        return c, c / width
 
-    def _amount(self, x: Scalar) -> Scalar:
-        return x * sign(self.graph, x)
+    def _side(self) -> Scalar:
+        """Return k sign(v)/g."""
+        return sign(self.graph, self.v) / self.level(self._scales[1])
+
+    def _held_back(self, y: Scalar) -> Scalar:
+        """Return alpha y by k y."""
+        if is_zero(self.breakaway):
+            return y
+        c, k = self._scales
+        X = clamp(self.graph, y - k * self.breakaway, 0, c)
+        return X * X * (3 * c / 2 - X) * y
 
     def _speed(self) -> Scalar | None:
         """sqrt(v^2 + creep^2) of a joint that creeps; None for others."""
@@ -121,14 +124,19 @@ class JointFriction:
 
 @dataclass(frozen=True)
 class ImplicitBristle:
-    """The row z' = followed v - a z of T and the force (s0 - s1 a) z + s1 followed v; `over` is 1/(1 + g a)."""
+    """The row z' = followed v - a z of T and the force (s0 - s1 a) z + s1 followed v; `ka` is k a."""
 
     g: Scalar
     stiffness: Scalar
     damping: Scalar
-    a: Scalar
+    k: Scalar
+    ka: Scalar
     followed: Scalar
-    over: Scalar
+
+    @property
+    def over(self) -> Scalar:
+        """Return 1/(1 + g a)."""
+        return self.k / (self.k + self.g * self.ka)
 
     @property
     def damper(self) -> Scalar:
@@ -137,7 +145,7 @@ class ImplicitBristle:
 
     def push(self, r_z: Scalar) -> Scalar:
         """The force of the part of z that the right side alone gives (D8)."""
-        return (self.stiffness - self.damping * self.a) * self.over * r_z
+        return (self.stiffness - self.damping / self.k * self.ka) * self.over * r_z
 
     def solution(self, r_z: Scalar, z_v: Scalar) -> Scalar:
         """Return z of the solution, by that of the rate of the joint (D8)."""

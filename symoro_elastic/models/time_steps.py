@@ -27,7 +27,7 @@ def models_of_steps(
     """Yield the models that steps of some methods call, without those `at_hand`; raises `InputError`."""
     if not steps:
         return
-    _refuse_machines(machine, steps)
+    refuse_machines(machine, steps)
     needed = ["direct_dynamics"]
     needed += ["inverse_dynamics"] if Motors.DRIVEN in ways_to_give_motors(machine) else []
     needed += [] if {*steps}.isdisjoint(ROSENBROCK) else ["linearization"]
@@ -56,13 +56,16 @@ def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> Non
 
     Generated steps are given the torques through transmissions; who calls this has none to give.
     """
-    _refuse_machines(machine, steps)
+    refuse_machines(machine, steps)
     if machine.loaded:
-        what = "the torque through the joint is not known here: leave load out, or call generated steps with it"
+        what = (
+            "the torque through the joint is not known to even steps: simulate with --adaptive, or give it to the code"
+        )
         raise machine.error(f"friction, {machine.joint(machine.loaded[0]).name}, load", what)
 
 
-def _refuse_machines(machine: Machine, steps: Sequence[str]) -> None:
+def refuse_machines(machine: Machine, steps: Sequence[str]) -> None:
+    """Raise `InputError` where a machine has no time steps, or not those of some method."""
     _refuse_base(machine, steps)
     if not machine.independent and not machine.degrees_of_base:
         raise machine.error("steps", "no joint moves, so there is no state to take a step: leave them out")

@@ -12,8 +12,21 @@ from typing import TypeAlias, TypeGuard
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, nodes
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand, reachable
-from symoro_elastic.symbolic.functions import arc_tangent, sign, square_root
-from symoro_elastic.symbolic.operations import ADD, ATAN2, COS, MULTIPLY, NEGATE, SIGN, SIN, SQRT, SUBTRACT, SYMBOL
+from symoro_elastic.symbolic.functions import arc_tangent, maximum, minimum, sign, square_root
+from symoro_elastic.symbolic.operations import (
+    ADD,
+    ATAN2,
+    COS,
+    MAXIMUM,
+    MINIMUM,
+    MULTIPLY,
+    NEGATE,
+    SIGN,
+    SIN,
+    SQRT,
+    SUBTRACT,
+    SYMBOL,
+)
 
 CircularProduct: TypeAlias = tuple[str, Expression, str, Expression]
 """A product of two of sine and cosine: which, of which angle; cosines first."""
@@ -47,6 +60,8 @@ def _arithmetic(graph: Graph) -> Arithmetic[Operand]:
         COS: lambda x: _cosine(graph, x),
         SQRT: lambda x: square_root(graph, x),
         SIGN: lambda x: sign(graph, x),
+        MINIMUM: lambda x, y: minimum(graph, x, y),
+        MAXIMUM: lambda x, y: maximum(graph, x, y),
         ATAN2: lambda y, x: arc_tangent(graph, y, x),
     }
     return nodes(graph, anew)

@@ -19,6 +19,8 @@ from symoro_elastic.symbolic.operations import (
     COS,
     COSPI,
     DIVIDE,
+    MAXIMUM,
+    MINIMUM,
     MULTIPLY,
     NEGATE,
     PI,
@@ -114,12 +116,26 @@ def sign(x: Value) -> Value:
     return 1 if x > 0 else -1 if x < 0 else x
 
 
+def minimum(x: Value, y: Value) -> Value:
+    """The lesser number; NaN where one is NaN."""
+    return x if x < y else y if x >= y else x + y
+
+
+def maximum(x: Value, y: Value) -> Value:
+    """The larger number; NaN where one is NaN."""
+    return x if x > y else y if x <= y else x + y
+
+
+ORDERED: Functions = {SIGN: sign, MINIMUM: minimum, MAXIMUM: maximum}
+"""Operations on numbers that can be compared."""
+
+
 def _root(x: float) -> float:
     return math.nan if x < 0 else math.sqrt(x)
 
 
 FLOATS: Arithmetic[float] = Arithmetic(
-    float, library(math, {SIGN: sign, SQRT: _root, PI: lambda: math.pi, COSPI: lambda x: math.cos(math.pi * x)})
+    float, library(math, {**ORDERED, SQRT: _root, PI: lambda: math.pi, COSPI: lambda x: math.cos(math.pi * x)})
 )
 """Double precision; the root of a negative number is NaN."""
 
@@ -140,7 +156,7 @@ def multiprecision(digits: int = 50) -> Arithmetic[Value]:
     def root(x: Value) -> Value:
         return context.nan if x < 0 else context.sqrt(x)
 
-    return Arithmetic(number, library(context, {SIGN: sign, SQRT: root, PI: lambda: +context.pi}))
+    return Arithmetic(number, library(context, {**ORDERED, SQRT: root, PI: lambda: +context.pi}))
 
 
 def nodes(graph: Graph, own: Functions | None = None) -> Arithmetic[Operand]:

@@ -14,7 +14,21 @@ from typing import TypeAlias
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Graph, Operand, operand
-from symoro_elastic.symbolic.operations import ADD, ATAN2, COS, COSPI, MULTIPLY, NEGATE, PI, SIGN, SIN, SQRT, SUBTRACT
+from symoro_elastic.symbolic.operations import (
+    ADD,
+    ATAN2,
+    COS,
+    COSPI,
+    MAXIMUM,
+    MINIMUM,
+    MULTIPLY,
+    NEGATE,
+    PI,
+    SIGN,
+    SIN,
+    SQRT,
+    SUBTRACT,
+)
 
 QUARTERS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 RATIONAL_COSINES: Mapping[Fraction, Operand] = {Fraction(0): 1, Fraction(1, 3): Fraction(1, 2), Fraction(1, 2): 0}
@@ -73,12 +87,34 @@ def sign(graph: Graph, x: Scalar) -> Operand:
     return (of > 0) - (of < 0)
 
 
-def clamp(graph: Graph, x: Scalar, limit: Scalar) -> Operand:
-    """The number from -limit to limit that is nearest to x, exactly: |x| and the limit count 1 and 0, or half each."""
-    side = sign(graph, x)
-    size = side * x
-    within = sign(graph, limit - size)
-    return operand(side * ((1 + within) * size + (1 - within) * limit) * Fraction(1, 2))
+def minimum(graph: Graph, x: Scalar, y: Scalar) -> Operand:
+    """The lesser of two numbers, exactly; NaN where one is NaN, in every language."""
+    return _extremum(graph, MINIMUM, operand(x), operand(y))
+
+
+def maximum(graph: Graph, x: Scalar, y: Scalar) -> Operand:
+    """The larger of two numbers, exactly; NaN where one is NaN, in every language."""
+    return _extremum(graph, MAXIMUM, operand(x), operand(y))
+
+
+def _extremum(graph: Graph, name: str, x: Operand, y: Operand) -> Operand:
+    if isinstance(x, Expression) or isinstance(y, Expression):
+        return x if x is y else graph.node(name, x, y)
+    found: Operand = x if (x < y) == (name == MINIMUM) else y
+    return found
+
+
+def amount(graph: Graph, x: Scalar) -> Operand:
+    """|x|."""
+    of = operand(x)
+    if isinstance(of, Expression):
+        return maximum(graph, of.positive, -of.positive)
+    return of if of >= 0 else -of
+
+
+def clamp(graph: Graph, x: Scalar, least: Scalar, most: Scalar) -> Operand:
+    """The number from `least` to `most` that is nearest to x, exactly."""
+    return minimum(graph, maximum(graph, x, least), most)
 
 
 def arc_tangent(graph: Graph, y: Scalar, x: Scalar) -> Operand:

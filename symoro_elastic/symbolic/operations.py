@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 ADD, SUBTRACT, MULTIPLY, DIVIDE, NEGATE = "+", "-", "*", "/", "neg"
 SYMBOL, PI, COSPI = "symbol", "pi", "cospi"
 SIN, COS, SQRT, SIGN, ATAN2 = "sin", "cos", "sqrt", "sign", "atan2"
+MINIMUM, MAXIMUM = "minimum", "maximum"
 
 ONE = 1
 """The partial derivative of a term: its products, arrays among them, need not be formed."""
@@ -68,6 +69,16 @@ def _arc_tangent(functions: Functions, z: Value, x: Sequence[Value]) -> Partials
     return Partials((x[1], -x[0]), x[1] * x[1] + x[0] * x[0])
 
 
+def _least(functions: Functions, z: Value, x: Sequence[Value]) -> Partials:
+    """That of the operand that it is; half of each where both are equal."""
+    side = functions[SIGN](x[0] - x[1])
+    return Partials((1 - side, 1 + side), 2)
+
+
+def _largest(functions: Functions, z: Value, x: Sequence[Value]) -> Partials:
+    return Partials(_least(functions, z, x).numerators[::-1], 2)
+
+
 OPERATIONS: dict[str, Operation] = {
     row.name: row
     for row in (
@@ -81,6 +92,8 @@ OPERATIONS: dict[str, Operation] = {
         Operation(SQRT, 1, "", lambda functions, z, x: Partials((ONE,), 2 * z)),
         Operation(ATAN2, 2, "", _arc_tangent),
         Operation(SIGN, 1),
+        Operation(MINIMUM, 2, "", _least),
+        Operation(MAXIMUM, 2, "", _largest),
         Operation(PI, 0),
         Operation(COSPI, 1),
     )

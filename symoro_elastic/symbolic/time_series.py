@@ -14,11 +14,14 @@ from typing import TypeAlias
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.expression import Expression, Graph, Level, Operand, operand, quotient, reachable
+from symoro_elastic.symbolic.functions import maximum, minimum, sign
 from symoro_elastic.symbolic.operations import (
     ADD,
     ATAN2,
     COS,
     DIVIDE,
+    MAXIMUM,
+    MINIMUM,
     MULTIPLY,
     NEGATE,
     SIGN,
@@ -138,6 +141,12 @@ def _angle(graph: Graph, k: int, known: Coefficients, y: Coefficient, x: Coeffic
     return quotient(left, k * (_square(0, x) + _square(0, y)))
 
 
+def _of_lesser(graph: Graph, k: int, x: Coefficient, y: Coefficient) -> Operand:
+    """That of x where x < y, that of y where x > y, half of each where both are equal."""
+    side = sign(graph, x(0) - y(0))
+    return operand(((1 - side) * x(k) + (1 + side) * y(k)) * Fraction(1, 2))
+
+
 RECURRENCES: Mapping[str, Callable[..., Operand]] = {
     ADD: lambda graph, k, known, x, y: x(k) + y(k),
     SUBTRACT: lambda graph, k, known, x, y: x(k) - y(k),
@@ -147,5 +156,7 @@ RECURRENCES: Mapping[str, Callable[..., Operand]] = {
     SQRT: _root,
     ATAN2: _angle,
     SIGN: lambda graph, k, known, x: 0 if k else graph.node(SIGN, x(0)),
+    MINIMUM: lambda graph, k, known, x, y: _of_lesser(graph, k, x, y) if k else minimum(graph, x(0), y(0)),
+    MAXIMUM: lambda graph, k, known, x, y: _of_lesser(graph, k, y, x) if k else maximum(graph, x(0), y(0)),
 }
 """Coefficient k of an operation from those before it and those of its operands; sine and cosine follow together."""

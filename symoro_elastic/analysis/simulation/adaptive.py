@@ -32,7 +32,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.models.state import State
-from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.models.time_steps import refuse_machines
 from symoro_elastic.numerics.branch_crossings import refuse_lost
 
 PRECISIONS = (1e-5, 1e-7, 1e-9, 1e-11, 1e-13)
@@ -83,13 +83,17 @@ class Adapted:
         """Return the states and torques at times (N,)."""
         y, system = self.dense(t).T, self.system
         motion = system.states(t, y, system.reference.at_start)
+        if system.reference.machine.loaded:
+            motion = motion.with_blocks(load=system.accelerations(motion, y)["load"])
         blocks, step = motion.with_blocks(tau=system.torques(motion, y)).blocks, self.ends / self.steps
         return Trajectory(blocks, t, self.method, step, self.steps, self.seconds)
 
 
 def method_for(system: CompiledMotion) -> str:
-    """Return Radau where a pole at the start is fast over the motion, else the explicit method."""
+    """Return Radau where a pole at the start, or a bristle, is fast over the motion, else the explicit method."""
     poles = np.linalg.eigvals(system.jacobian(0.0, system.start, system.reference.at_start))
+    if len(system.largest_bent) and system.explicit == CompiledMotion.explicit:
+        return "Radau"
     return "Radau" if np.abs(poles).max(initial=0.0) * system.reference.duration > STIFF else system.explicit
 
 
@@ -207,7 +211,7 @@ def simulate_adaptively(
     Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
     """
     simulating = Simulating(reference, request)
-    refuse_machines_without_steps(reference.machine, ())
+    refuse_machines(reference.machine, ())
     refuse_unresolved(reference)
     levels = [level_of(reference.machine, name, level) for name, level in events.items()]
     announce("compile")

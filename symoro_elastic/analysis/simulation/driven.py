@@ -1,4 +1,4 @@
-"""Motions of motors with drives: states of controllers, current loops and filters beside q, qd.
+"""Motions of motors with drives: states of controllers, current loops and filters behind q, qd and those of friction.
 
     z_j' = A_j z_j + B_j u_j + w_j sigma_j,    tau_j = C_j z_j + D_j u_j + d_j sigma_j
 
@@ -24,7 +24,7 @@ from symoro_elastic.models.state import State
 
 
 class DrivenMotion(CompiledMotion):
-    """The right side of a motion whose motors have drives; y = [q; qd; z], states of drives in order of motors."""
+    """The right side of a motion whose motors have drives; y = [q; qd; z], z of friction, then of drives."""
 
     def __init__(self, reference: Reference, folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
@@ -33,7 +33,7 @@ class DrivenMotion(CompiledMotion):
             raise reference.prescribed.error("drives", what)
         super().__init__(reference, folder)
         self.drives = self.laws()
-        ends = np.cumsum([0, *(len(one.A) for one in self.drives)]) + 2 * len(self.free)
+        ends = np.cumsum([0, *(len(one.A) for one in self.drives)]) + self.bristles.stop
         self.parts = [slice(first, last) for first, last in pairwise(ends)]
         self.controlled = ControlledPositions(reference)
 
@@ -52,11 +52,7 @@ class DrivenMotion(CompiledMotion):
     @property
     def sizes(self) -> Array:
         """Sizes of the entries of y that errors are compared with."""
-        return np.concatenate([np.ones(2 * len(self.free)), *(one.sizes for one in self.drives)])
-
-    def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
-        """Return q, qd (N, n) of all joints at times (N,) and y."""
-        return super().states_of_joints(t, y[:, : 2 * len(self.free)])
+        return np.concatenate([super().sizes, *(one.sizes for one in self.drives)])
 
     def torques(self, motion: Motion, y: Array) -> Array:
         """Return the torques (N, m) of the drives at y."""
@@ -70,9 +66,9 @@ class DrivenMotion(CompiledMotion):
         """Return y'."""
         motion = self.states(np.array([t]), y[None], near)
         u = self.inputs(motion)
-        qdd = self.call(self.dynamics, motion.with_blocks(tau=self._torques(u, y[None])))["qdd"][0]
+        found = self.under_loads(motion.with_blocks(tau=self._torques(u, y[None])))
         rates = [one.rates(y[part], x) for one, part, x in zip(self.drives, self.parts, u[0], strict=True)]
-        return np.concatenate([motion.qd[0], qdd, *rates])
+        return np.concatenate([motion.qd[0], found["qdd"][0], *found.get("zd", ()), *rates])
 
     def inputs(self, motion: Motion) -> Array:
         """Return the inputs (N, m, 6) of the laws."""
@@ -81,6 +77,8 @@ class DrivenMotion(CompiledMotion):
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
         """Return dy'/dy; of drives on dependent joints the change of S_m is left out, loads stand for their motors."""
+        if not self.has_linear_model:
+            return self.differences(t, y, near)
         motion = self.states(np.array([t]), y[None], near)
         M, D, K = self.matrices(motion, y[None])
         n, S_m = len(M), self.slopes(motion)

@@ -273,10 +273,15 @@ def _viewed(view: MotorCoordinates, start: State) -> State:
 def _refuse_weak(reference: Reference) -> None:
     """Raise `InputError` for a limit below what holds the machine at the start: no state of the drive is at rest."""
     for k, one in enumerate(reference.drives):
-        held = abs(float(reference.start.torques[k]))
-        if held > one.torque_limit:
-            what = f"{one.torque_limit:.4g} does not hold the machine at the start, which takes {held:.4g}: raise it"
-            raise reference.machine.error(f"drives, {one.motor}, limits", what)
+        held, by_voltage = abs(float(reference.start.torques[k])), np.inf
+        if one.current and one.current.resistance > 0:
+            by_voltage = one.voltage_limit / one.current.resistance
+        most, key = min((one.torque_limit, "limits"), (by_voltage, "limits, voltage"))
+        if held > most:
+            gives = "its torque at rest, " if key == "limits, voltage" else ""
+            end = "," if gives else ""
+            what = f"{gives}{most:.4g}{end} does not hold the machine at the start, which takes {held:.4g}: raise it"
+            raise reference.machine.error(f"drives, {one.motor}, {key}", what)
 
 
 def _in_motion(reference: Reference, motion: EquationsOfMotion, start: State) -> Reference:

@@ -3,6 +3,8 @@
     y' = [v; qdd(q, v, t)],    dy'/dy = [0 I; -M^-1 K, -M^-1 D]
 
 M, D, K are those of the model `linearization`, with the gains of servos; y holds the joints that do not follow exactly.
+States of friction stand behind them. Friction that rises with the torque through a joint is found with that torque, by
+substitution. Derivatives then are differences, as the linear model has none of both.
 """
 
 from __future__ import annotations
@@ -24,11 +26,14 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES, dependent_motors, motor_coordinates
+from symoro_elastic.models.passed_torques import PASSED, PASSED_TORQUES, passed_torques
 from symoro_elastic.models.state import State, closing_models
 from symoro_elastic.models.traced import trace_models
 
 DIFFERENCE = 1e-7
 """Of the state, for derivatives."""
+SUBSTITUTIONS, EXTRAPOLATED, SETTLED = 1000, 30, 1e-13
+"""Of torques that friction rises with: at most, those with limits between them, relative change of the last one."""
 FLAGS = ("-O1",)
 """Calls from Python take longer than what more would save."""
 
@@ -43,9 +48,6 @@ class CompiledMotion:
     def __init__(self, reference: Reference, folder: Path) -> None:
         """Raises `InputError`, `CompilerMissing`, `CompilationFailed`."""
         refuse_still(reference)
-        if reference.machine.bristles:
-            what = "friction with states (bristle) is not integrated by adapted steps: leave adaptive out"
-            raise reference.prescribed.error("adaptive", what)
         self.reference, machine = reference, reference.machine
         self.dynamics = "inverse_dynamics" if reference.servo is None else "direct_dynamics"
         self.closing = closing_models(machine)
@@ -57,17 +59,29 @@ class CompiledMotion:
         self.motors = list(machine.motor_entries)
         driven = self.motors if reference.servo is None else []
         self.free = [k for k in range(len(machine.independent)) if k not in driven]
+        self.largest_bent = np.array(machine.largest_deflections)
+        self.has_linear_model = not machine.bristles and not machine.loaded
+
+    @property
+    def of_motion(self) -> int:
+        """Entries of y before states of friction."""
+        return 2 * len(self.free)
+
+    @property
+    def bristles(self) -> slice:
+        """The entries of y that are deflections of bristles."""
+        return slice(self.of_motion, self.of_motion + len(self.largest_bent))
 
     @property
     def start(self) -> Array:
-        """y (2 f,) at the start."""
+        """y at the start: bristles are not bent."""
         state = self.reference.start
-        return np.concatenate([state.q[self.free], state.qd[self.free]])
+        return np.concatenate([state.q[self.free], state.qd[self.free], 0 * self.largest_bent])
 
     @property
     def sizes(self) -> Array:
         """Sizes of the entries of y that errors are compared with."""
-        return np.ones_like(self.start)
+        return np.concatenate([np.ones(self.of_motion), self.largest_bent])
 
     @property
     def intervals(self) -> Iterable[tuple[float, float]]:
@@ -82,39 +96,42 @@ class CompiledMotion:
         """Take the interval of this number, which begins at t with y."""
 
     def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
-        """Return q, qd (N, n) of all joints at times (N,) and y (N, 2 f)."""
+        """Return q, qd (N, n) of all joints at times (N,) and y."""
+        f = len(self.free)
         if self.reference.servo is not None:
-            q, qd = np.split(y, 2, axis=1)
-            return q, qd
+            return y[:, :f], y[:, f : 2 * f]
         q, qd, _ = self.reference.states(t)
-        q[:, self.free], qd[:, self.free] = np.split(y, 2, axis=1)
+        q[:, self.free], qd[:, self.free] = y[:, :f], y[:, f : 2 * f]
         return q, qd
 
     def states(self, t: Array, y: Array, near: State) -> Motion:
-        """Return the states at times (N,) and y (N, 2 f); loops are closed in turn, from a state `near` the first."""
+        """Return the states at times (N,) and y; loops are closed in turn, from a state `near` the first."""
         q, qd = self.states_of_joints(t, y)
         wrenches = {name: self.reference.wrenches(t)[0] for name in self._external}
-        motion = Motion({"q": q, "qd": qd, **wrenches, **self.base(y)}, t)
+        bent = {"z": y[:, self.bristles]} if len(self.largest_bent) else {}
+        motion = Motion({"q": q, "qd": qd, **bent, **wrenches, **self.base(y)}, t)
         for model in self.closing:
             closed = [near := State(self._compiled.call(model, q=x, q_dep=near.q_dep)) for x in q]
             motion = motion.with_blocks(q_dep=np.array([one.q_dep for one in closed]))
         return motion
 
     def base(self, y: Array) -> dict[str, Array]:
-        """Return the blocks of a base that moves freely at y (N, 2 f); none here."""
+        """Return the blocks of a base that moves freely at y; none here."""
         return {}
 
     def rate(self, t: float, y: Array, near: State) -> Array:
-        """Return y' (2 f,), with loops closed from a state `near`."""
+        """Return y', with loops closed from a state `near`."""
         motion = self.states(np.array([t]), y[None], near)
-        qdd = self.accelerations(motion, y[None])["qdd"]
-        return np.concatenate([motion.qd[0, self.free], qdd[0, self.free]])
+        found = self.accelerations(motion, y[None])
+        return np.concatenate([motion.qd[0, self.free], found["qdd"][0, self.free], *found.get("zd", ())])
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
-        """Return dy'/dy (2 f, 2 f), with loops closed from a state `near`.
+        """Return dy'/dy, with loops closed from a state `near`.
 
         Of a servo on a dependent joint kd dS_m/dt is left out, by which the rate of the motor changes with positions.
         """
+        if not self.has_linear_model:
+            return self.differences(t, y, near)
         motion = self.states(np.array([t]), y[None], near)
         M, D, K = self.matrices(motion, y[None])
         if self.reference.servo is not None:
@@ -126,6 +143,15 @@ class CompiledMotion:
         J[f:] = -np.linalg.solve(M[rows], np.hstack([K[rows], D[rows]]))
         return J
 
+    def differences(self, t: float, y: Array, near: State) -> Array:
+        """Return dy'/dy by central differences."""
+        steps = DIFFERENCE * np.maximum(self.sizes, np.abs(y))
+        columns = [
+            (self.rate(t, y + h * e, near) - self.rate(t, y - h * e, near)) / (2 * h)
+            for h, e in zip(steps, np.eye(len(y)), strict=True)
+        ]
+        return np.stack(columns, axis=1)
+
     def matrices(self, motion: Motion, y: Array) -> tuple[Array, Array, Array]:
         """Return M, D, K (n, n) of the machine at one state."""
         moved = motion.with_blocks(qdd=self.accelerations(motion, y)["qdd"], tau=self.torques(motion, y))
@@ -135,11 +161,32 @@ class CompiledMotion:
     def accelerations(self, motion: Motion, y: Array) -> dict[str, Array]:
         """Return qdd, and the acceleration of a base that moves freely, where motors do what the reference says."""
         if self.reference.servo is None:
-            return self.call(self.dynamics, motion.with_blocks(qdd_motor=self.reference.at(motion.t)[2]))
-        return self.call(self.dynamics, motion.with_blocks(tau=self.torques(motion, y)))
+            return self.under_loads(motion.with_blocks(qdd_motor=self.reference.at(motion.t)[2]))
+        return self.under_loads(motion.with_blocks(tau=self.torques(motion, y)))
+
+    def under_loads(self, given: Motion) -> dict[str, Array]:
+        """Return what the dynamic model gives, and the torques `load` through joints whose friction rises with them.
+
+        Raises `InputError` where these do not settle.
+        """
+        machine = self.reference.machine
+        if not machine.loaded:
+            return self.call(self.dynamics, given)
+        loads = [np.zeros((len(given.t), len(machine.loaded)))]
+        for number in range(1, SUBSTITUTIONS):
+            found = self.call(self.dynamics, given.with_blocks(load=loads[-1]))
+            moved = {name: found[name] for name in ("tau", "qdd") if name in found}
+            load = self.call(PASSED_TORQUES, given.with_blocks(load=loads[-1], **moved))[PASSED]
+            if not np.abs(load - loads[-1]).max() > SETTLED * (1 + np.abs(load).max()):
+                return found | {"load": load}
+            loads = [*loads[-2:], load]
+            if number % 3 == 2 and number < EXTRAPOLATED:
+                loads = [_limit_of(*loads)]
+        names = ", ".join(machine.joint(j).name for j in machine.loaded)
+        raise machine.error(f"friction, {names}, load", "the torque through the joint does not settle: lower load")
 
     def torques(self, motion: Motion, y: Array) -> Array:
-        """Return the torques (N, m) of servos at y (N, 2 f); NaN where motors follow exactly."""
+        """Return the torques (N, m) of servos at y; NaN where motors follow exactly."""
         if self.reference.servo is None:
             return with_servo_torques(self.reference, motion).tau
         return law_of_servos(self.reference, motion.t, *self.of_motors(motion))
@@ -164,19 +211,25 @@ class CompiledMotion:
         return self._compiled.call(function, **state.only(self._arguments[function]))
 
 
+def _limit_of(x: Array, y: Array, z: Array) -> Array:
+    """Return where three numbers in turn tend to by Aitken's rule: exact where their distances have one ratio."""
+    bend = z - 2 * y + x
+    return z - np.divide((z - y) ** 2, bend, out=np.zeros_like(z), where=np.abs(bend) > 1e-9 * np.abs(z - y))
+
+
 def _package(machine: Machine, scene: Scene) -> Package:
-    """Return the models of a scene, with positions and rates of motors where these are on dependent joints."""
+    """Return the models of a scene, with those of motors on dependent joints and of loads in friction."""
     found = trace_models(machine, scene)
-    if not dependent_motors(machine):
-        return found.package
-    return replace(found, models=[*found.models, motor_coordinates(machine, found.folded)]).package
+    more = [motor_coordinates(machine, found.folded)] if dependent_motors(machine) else []
+    more += [passed_torques(machine, found.folded)] if machine.loaded else []
+    return replace(found, models=[*found.models, *more]).package if more else found.package
 
 
 class CompiledMotionOnBase(CompiledMotion):
     """The right side of a motion with a base that moves freely, by derivatives from differences.
 
-    y = [q; P0; Q0; v; V0]. The quaternion turns by Q' = Q (0, w) / 2, which keeps its length, and is divided by it
-    wherever it is used.
+    y = [q; P0; Q0; v; V0], then states of friction. The quaternion turns by Q' = Q (0, w) / 2, which keeps its length,
+    and is divided by it wherever it is used.
     """
 
     linear_models = ()
@@ -191,10 +244,16 @@ class CompiledMotionOnBase(CompiledMotion):
         """y at the start."""
         state, base = self.reference.start, self.reference.base
         Q0 = base["Q0"] if "Q0" in base else quaternion(base["R0"].reshape(3, 3))
-        return np.concatenate([state.q[self.free], base["P0"], Q0, state.qd[self.free], base["V0"]])
+        own = state.q[self.free], base["P0"], Q0, state.qd[self.free], base["V0"]
+        return np.concatenate([*own, 0 * self.largest_bent])
+
+    @property
+    def of_motion(self) -> int:
+        """Entries of y before states of friction."""
+        return super().of_motion + 13
 
     def states_of_joints(self, t: Array, y: Array) -> tuple[Array, Array]:
-        """Return q, qd (N, n) of all joints at times (N,) and y (N, 2 f + 13)."""
+        """Return q, qd (N, n) of all joints at times (N,) and y."""
         f = len(self.free)
         own = y[:, :f], y[:, f + 7 : 2 * f + 7]
         if f == len(self.reference.start.q):
@@ -204,12 +263,12 @@ class CompiledMotionOnBase(CompiledMotion):
         return q, qd
 
     def base(self, y: Array) -> dict[str, Array]:
-        """Return the blocks of the base at y (N, 2 f + 13), and the wrench on it."""
+        """Return the blocks of the base at y, and the wrench on it."""
         P0, Q0 = np.split(y[:, len(self.free) : len(self.free) + 7], [3], axis=1)
         Q0 = Q0 / np.linalg.norm(Q0, axis=1, keepdims=True)
         turned = Q0 if self.orientation == "Q0" else rotations(Q0).reshape(-1, 9)
         wrench = np.tile(self.reference.base["f0"], (len(y), 1))
-        return {self.orientation: turned, "P0": P0, "V0": y[:, -6:], "f0": wrench}
+        return {self.orientation: turned, "P0": P0, "V0": y[:, self.of_motion - 6 : self.of_motion], "f0": wrench}
 
     def rate(self, t: float, y: Array, near: State) -> Array:
         """Return y'."""
@@ -218,13 +277,8 @@ class CompiledMotionOnBase(CompiledMotion):
         f, (v, w), (a, wd) = len(self.free), np.split(motion.V0[0], 2), np.split(found["V0d"][0], 2)
         speed, turned = rotation_at(motion)[0] @ v, turning(y[f + 3 : f + 7], w)
         rates, qdd = motion.qd[0, self.free], found["qdd"][0, self.free]
-        return np.concatenate([rates, speed, turned, qdd, a - np.cross(w, v), wd])
+        return np.concatenate([rates, speed, turned, qdd, a - np.cross(w, v), wd, *found.get("zd", ())])
 
     def jacobian(self, t: float, y: Array, near: State) -> Array:
         """Return dy'/dy by central differences."""
-        steps = DIFFERENCE * np.maximum(1.0, np.abs(y))
-        columns = [
-            (self.rate(t, y + h * e, near) - self.rate(t, y - h * e, near)) / (2 * h)
-            for h, e in zip(steps, np.eye(len(y)), strict=True)
-        ]
-        return np.stack(columns, axis=1)
+        return self.differences(t, y, near)

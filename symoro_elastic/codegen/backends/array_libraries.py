@@ -20,7 +20,7 @@ from symoro_elastic.codegen.real_numbers import refuse_no_numbers
 from symoro_elastic.foundation.errors import InputError
 
 Functions = dict[str, Callable[..., Any]]
-FUNCTIONS = ("sin", "cos", "sqrt", "sign")
+FUNCTIONS = ("sin", "cos", "sqrt", "sign", "minimum", "maximum")
 ON_ARRAYS = ("asarray", "zeros_like", "full_like", "sum", "stack", "reshape", "broadcast_to")
 
 
@@ -43,8 +43,21 @@ class _Namespace:
 
     def __init__(self, library: Any) -> None:
         self.library = library
-        self.sin, self.cos, self.sqrt, self.sign = (getattr(library, name) for name in FUNCTIONS)
+        self.sin, self.cos, self.sqrt, self.sign = (getattr(library, name) for name in FUNCTIONS[:4])
         self.atan2 = library.atan2 if hasattr(library, "atan2") else library.arctan2
+
+    def minimum(self, x: Any, y: Any) -> Any:
+        """Return the lesser numbers; one of them may be a number of Python."""
+        return self.library.minimum(*self._both(x, y))
+
+    def maximum(self, x: Any, y: Any) -> Any:
+        """Return the larger numbers."""
+        return self.library.maximum(*self._both(x, y))
+
+    def _both(self, x: Any, y: Any) -> tuple[Any, Any]:
+        if not hasattr(y, "shape"):
+            return x, self.library.full_like(x, y)
+        return (x, y) if hasattr(x, "shape") else (self.library.full_like(y, x), y)
 
     def array(self, value: Any) -> Any:
         """Return an array of the library; numbers of Python become double precision, those of numpy keep theirs."""

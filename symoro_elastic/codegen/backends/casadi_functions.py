@@ -62,7 +62,7 @@ def _function(machine: str, model: Model, named: Function, parameters: Sequence[
     symbols = {a.name: _symbols(a.symbols) for a in model.function.program.inputs} | {"p": _symbols(parameters)}
     *states, p = (casadi.vertsplit(x) for x in symbols.values())
     with _as_written():
-        results = model.program(casadi, *states, model.constants(casadi, p))
+        results = model.program(_Functions, *states, model.constants(_Functions, p))
     return casadi.Function(
         f"{machine}_{model.name}",
         [_matrix(x, (rows, rows)) if (rows := model.rows.get(name)) else x for name, x in symbols.items()],
@@ -70,6 +70,22 @@ def _function(machine: str, model: Model, named: Function, parameters: Sequence[
         [*symbols],
         [result.name for result in named.results],
     )
+
+
+class _Functions:
+    """What programs call."""
+
+    sin, cos, sqrt, sign, atan2 = casadi.sin, casadi.cos, casadi.sqrt, casadi.sign, casadi.atan2
+
+    @staticmethod
+    def minimum(x: Any, y: Any) -> Any:
+        """Return the lesser number; `fmin` would leave NaN out."""
+        return casadi.if_else(x < y, x, casadi.if_else(x >= y, y, x + y))
+
+    @staticmethod
+    def maximum(x: Any, y: Any) -> Any:
+        """Return the larger number; `fmax` would leave NaN out."""
+        return casadi.if_else(x > y, x, casadi.if_else(x <= y, y, x + y))
 
 
 @contextmanager

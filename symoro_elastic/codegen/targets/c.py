@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, in_comment, wrap_lines
-from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
+from symoro_elastic.codegen.c_printers import FUNCTIONS, OWN_FUNCTIONS, Form
 from symoro_elastic.codegen.c_steps import CSteps
 from symoro_elastic.codegen.c_text import FunctionText, function_text
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
@@ -18,7 +18,6 @@ from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE_TYPE, PRECISIONS, Precision
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.symbolic.operations import SIGN
 
 NEEDS: dict[str, tuple[str, ...]] = {
     "make": (),
@@ -32,6 +31,8 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "quotient": ("difference", "product", "ordered_sum", "sum", "make"),
     "sqrt": ("exact_product", "difference", "ordered_sum", "make"),
     "sign": ("make",),
+    "minimum": ("sum",),
+    "maximum": ("sum",),
     "sincos": ("make", "exact_product", "difference", "product", "sum", "negative"),
     "sin": ("sincos",),
     "cos": ("sincos",),
@@ -85,7 +86,7 @@ class PackageText:
     precision: Precision
     has_angles: bool
     real: str
-    sign: str
+    own: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class SourceText(PackageText):
 def scalar_form(package: Package, precision: Precision) -> Form:
     """How C writes the numbers of one state."""
     real, name = precision.type_of_real(package.name), package.name + precision.suffix
-    functions = {f: precision.functions.get(f, f) for f in FUNCTIONS} | {SIGN: f"{name}_sign"}
+    functions = {f: precision.functions.get(f, f) for f in FUNCTIONS} | {f: f"{name}_{f}" for f in OWN_FUNCTIONS}
     load = "{array}[{k}]"
     if precision.is_pair:
         pair = f"{package.name}_{DOUBLE_DOUBLE_TYPE}_"
@@ -196,7 +197,7 @@ def package_text(package: Package, precision: Precision, functions: Sequence[CFu
         precision=precision,
         has_angles=any(function.angles for function in functions),
         real=form.real,
-        sign=form.functions[SIGN],
+        own={f: form.functions[f] for f in OWN_FUNCTIONS},
     )
 
 

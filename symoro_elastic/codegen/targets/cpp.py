@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from symoro_elastic.codegen.body import Indices
 from symoro_elastic.codegen.c_function import CFunction
 from symoro_elastic.codegen.c_lines import INDENT, wrap_lines
-from symoro_elastic.codegen.c_printers import Form
+from symoro_elastic.codegen.c_printers import FUNCTIONS, OWN_FUNCTIONS, Form
 from symoro_elastic.codegen.c_steps import CSteps
 from symoro_elastic.codegen.c_text import FunctionText, Routine, function_text
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
@@ -20,7 +20,6 @@ from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import KEYWORDS, LIBRARY, banner, default_lines
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.symbolic.operations import ATAN2, COS, SIGN, SIN, SQRT
 
 SCALAR, PARAMETER = "Scalar", "Parameter"
 """The types of a state, and of what depends on parameters only."""
@@ -88,7 +87,7 @@ FORM = Form(
     load_angle="{array}[{k}]",
     store="{array}[{k}] = {value};",
     narrow="{}",
-    functions={name: name for name in (SIN, COS, SQRT, SIGN, ATAN2)},
+    functions={name: name for name in FUNCTIONS},
     load_parameter=f"{SCALAR}({{array}}[{{k}}])",
     sincos=lambda count: (f"detail::sines_and_cosines({count}U, angle, sine, cosine);",),
     operand=f"{SCALAR}({{}})",
@@ -257,7 +256,7 @@ class CppText:
         """Lines that let functions be those of the standard library where the type has none."""
         for function in self.called:
             if re.search(rf"\b{function}\(", body):
-                yield f"{INDENT}using {'detail' if function == 'sign' else 'std'}::{function};\n"
+                yield f"{INDENT}using {'detail' if function in OWN_FUNCTIONS else 'std'}::{function};\n"
 
 
 def _in_code(text: str, change: Callable[[str], str]) -> str:

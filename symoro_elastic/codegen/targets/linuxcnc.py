@@ -108,8 +108,8 @@ def _feed_forward(package: Package, function: Function, source: str) -> str:
         inputs=pins,
         results=results,
         torques=torques,
-        signs=model.signs,
-        sign=model.sign,
+        called=model.called,
+        own=model.own,
         model=model.text(),
         call=with_arguments(f"    {model.name}", call).lstrip(),
     )
@@ -132,8 +132,8 @@ def _controllers(package: Package, function: Function, start: Function, source: 
         motors=len(package.motor_names),
         states=max(states, 1),
         has_states=bool(states),
-        signs=any(model.signs for model in models),
-        sign=models[0].sign,
+        called=set().union(*(model.called for model in models)),
+        own=models[0].own,
         model=models[0].text(),
         start=models[1].text() if states else "",
         begin=with_arguments(f"        {models[1].name}", begin).lstrip(),
@@ -198,8 +198,8 @@ def _kinematics(package: Package, forward: Function, inverse: Function, source: 
         inverse=models[1].text(),
         inverse_name=models[1].name,
         by_position=inverse.name == "inverse_position_model",
-        signs=any(model.signs for model in models),
-        sign=models[0].sign,
+        called=set().union(*(model.called for model in models)),
+        own=models[0].own,
     )
 
 

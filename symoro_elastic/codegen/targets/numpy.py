@@ -18,6 +18,7 @@ from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
 from symoro_elastic.quantities import QUANTITIES
+from symoro_elastic.symbolic.operations import MAXIMUM, MINIMUM
 
 KEYWORDS = words(
     """
@@ -47,6 +48,7 @@ def render_numpy(package: Package) -> Files:
     methods = numpy_methods(package)
     context = package_context(package) | {
         "functions": functions,
+        "extrema": any(function["extrema"] for function in functions),
         "states": package.states,
         "steps": [step for method in methods for step in method.steps],
         "parameters": [
@@ -56,7 +58,7 @@ def render_numpy(package: Package) -> Files:
     }
     files = {
         "__init__.py": render("numpy/__init__.py.j2", **context),
-        "_runtime.py": render("numpy/runtime.py.j2", matrices=json.dumps(_matrices())),
+        "_runtime.py": render("numpy/runtime.py.j2", matrices=json.dumps(_matrices()), extrema=context["extrema"]),
     }
     if methods:
         kinds = {method.text.kind for method in methods}
@@ -76,6 +78,7 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
     arguments = [a.name for a in function.arguments]
     parameters = [p.symbol for p in package.parameters]
     prepare, body = _bodies(function, parameters, package.joint_names)
+    text = "\n".join([*prepare, *body])
     about, guaranteed = function_context(function), function.guaranteed.get(DOUBLE.name)
     return about | {
         "documented": [*about["documented"], *(guaranteed.lines if guaranteed else ())],
@@ -89,6 +92,7 @@ def _python_function(package: Package, function: Function) -> dict[str, Any]:
         "shapes": _tuple(_tuple(r.shape) for r in function.results),
         "outputs": [{"name": r.name, "rows": r.rows} for r in function.results],
         "columns": function.columns,
+        "extrema": any(f"_f.{name}(" in text for name in (MINIMUM, MAXIMUM)),
         "prepare_body": "\n".join(prepare),
         "body": "\n".join(body),
     }

@@ -105,11 +105,9 @@ def _torques(machine: Machine, M: Array, positions: Array, rates: Array, state: 
 
 def _with_states(machine: Machine, start: Start, own: Mapping[int, float], natural: Array) -> Start:
     """Return the start with the states of friction, which is bent nowhere, and of drives."""
-    bristles = [machine.joint(j).friction for j in machine.bristles]
-    if not bristles and given_of(machine)[0] is Given.TORQUES:
+    bent = machine.largest_deflections
+    if not bent and given_of(machine)[0] is Given.TORQUES:
         return start
-    values = {p.name: p.value.value() for p in machine.parameters if p.value is not None}
-    bent = [float(max(x.coulomb.value(values), x.static.value(values)) / x.bristle.value(values)) for x in bristles]
     if given_of(machine)[0] is Given.TORQUES:
         return replace(start, z=np.zeros(len(bent)), states=np.array(bent))
     z, sizes, is_rest = start_of_states(AtRest(machine, own, start.motors), start.torques, natural)

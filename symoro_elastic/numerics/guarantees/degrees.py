@@ -15,7 +15,7 @@ from fractions import Fraction
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.symbolic.arithmetic import Arithmetic, Library, evaluate_nodes
 from symoro_elastic.symbolic.expression import reachable
-from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT, SYMBOL
+from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, MAXIMUM, MINIMUM, PI, SIGN, SIN, SQRT, SYMBOL
 
 
 class NotPolynomial(Exception):
@@ -147,6 +147,8 @@ _FUNCTIONS = {
     SQRT: _function("a square root"),
     SIGN: _function("a sign"),
     ATAN2: _function("an arc tangent"),
+    MINIMUM: _function("a minimum"),
+    MAXIMUM: _function("a maximum"),
 }
 _ARITHMETIC: Arithmetic[Degrees] = Arithmetic(
     lambda x: Degrees(multiples={}, number=Fraction(x)), Library(_function, _FUNCTIONS)

@@ -34,6 +34,8 @@ from symoro_elastic.symbolic.operations import (
     ATAN2,
     COS,
     DIVIDE,
+    MAXIMUM,
+    MINIMUM,
     MULTIPLY,
     NEGATE,
     OPERATIONS,
@@ -245,6 +247,11 @@ def _none(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Sequence
     return not_bounded_where(True, z)
 
 
+def _of_extremum(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Sequence[Interval]) -> Interval:
+    """The lesser and the larger of two numbers change by no more, and no less, than these do."""
+    return d[0].hull(d[1])
+
+
 _PASSED: Mapping[str, Passed] = {
     ADD: lambda z, x, y, d: d[0] + d[1],
     SUBTRACT: lambda z, x, y, d: d[0] - d[1],
@@ -256,4 +263,6 @@ _PASSED: Mapping[str, Passed] = {
     SQRT: _of_root,
     ATAN2: _none,
     SIGN: _none,
+    MINIMUM: _of_extremum,
+    MAXIMUM: _of_extremum,
 }

@@ -58,7 +58,19 @@ from symoro_elastic.numerics.guarantees.header import guaranteed
 from symoro_elastic.numerics.guarantees.running_error import PASSED, UPWARDS, Bounds, Known, Rounding, range_of_node
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts
 from symoro_elastic.symbolic.expression import Constant, Expression, Level, Operand
-from symoro_elastic.symbolic.operations import ADD, COS, DIVIDE, MULTIPLY, NEGATE, SIGN, SIN, SUBTRACT, SYMBOL
+from symoro_elastic.symbolic.operations import (
+    ADD,
+    COS,
+    DIVIDE,
+    MAXIMUM,
+    MINIMUM,
+    MULTIPLY,
+    NEGATE,
+    SIGN,
+    SIN,
+    SUBTRACT,
+    SYMBOL,
+)
 
 NAME = "fixed-point"
 RESTS_ON = (
@@ -67,7 +79,7 @@ RESTS_ON = (
 )
 OF_SINE = 2.0**-OF_CIRCLE
 """Of a sine or cosine of an exact angle."""
-POSSIBLE = (SYMBOL, ADD, SUBTRACT, MULTIPLY, NEGATE, SIN, COS, SIGN)
+POSSIBLE = (SYMBOL, ADD, SUBTRACT, MULTIPLY, NEGATE, SIN, COS, SIGN, MINIMUM, MAXIMUM)
 
 
 class FixedRounding(Rounding):
@@ -179,7 +191,7 @@ def _bits(node: Expression, reach: float, bits: Mapping[int, int]) -> int:
         if exponent is not None:
             return found[0] - exponent
         return max(min(_fitting(reach, 1), sum(found)), sum(found) - LONGEST_OF_PRODUCT)
-    if node.operation in (ADD, SUBTRACT):
+    if node.operation in (ADD, SUBTRACT, MINIMUM, MAXIMUM):
         return min(_fitting(reach, 2), *found)
     return _fitting(reach, 0)
 
@@ -203,7 +215,7 @@ def _local(node: Expression, bits: Mapping[int, int], turns: frozenset[int], bou
     """The error that one operation adds."""
     own, found = bits[node.id], [_bits_of(x, bits) for x in _operands(node)]
     half = math.ldexp(0.5, -own)
-    if node.operation in (ADD, SUBTRACT):
+    if node.operation in (ADD, SUBTRACT, MINIMUM, MAXIMUM):
         return half * sum(_is_rounded(x, each, own) for x, each in zip(node.operands, found, strict=True))
     if node.operation == MULTIPLY and power_of_two(node.operands[1]) is None:
         return half * (sum(found) > own)

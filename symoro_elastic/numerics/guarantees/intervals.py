@@ -17,7 +17,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.symbolic.arithmetic import Arithmetic, Library
 from symoro_elastic.symbolic.expression import Constant
-from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, MAXIMUM, MINIMUM, PI, SIGN, SIN, SQRT
 
 Operand: TypeAlias = "Interval | int"
 SLACK = 2.0**-50
@@ -174,6 +174,11 @@ def _sign(x: Interval) -> Interval:
     return not_bounded_where(~x.is_bounded, Interval(np.sign(x.low), np.sign(x.high)))
 
 
+def _minimum(x: Interval, y: Interval) -> Interval:
+    bounded = x.is_bounded & y.is_bounded
+    return not_bounded_where(~bounded, Interval(np.minimum(x.low, y.low), np.minimum(x.high, y.high)))
+
+
 def _atan2(y: Interval, x: Interval) -> Interval:
     """Arc tangent; a whole turn where the half line of its jump, or the origin, is met."""
     corners = [np.arctan2(a, b) for a in (y.low, y.high) for b in (x.low, x.high)]
@@ -196,6 +201,8 @@ _FUNCTIONS: dict[str, Callable[..., Interval]] = {
     COS: _cos,
     SQRT: _sqrt,
     SIGN: _sign,
+    MINIMUM: _minimum,
+    MAXIMUM: lambda x, y: -_minimum(-x, -y),
     ATAN2: _atan2,
     COSPI: _cospi,
     PI: _pi,

@@ -31,6 +31,8 @@ from symoro_elastic.symbolic.operations import (
     ATAN2,
     COS,
     DIVIDE,
+    MAXIMUM,
+    MINIMUM,
     MULTIPLY,
     NEGATE,
     SIGN,
@@ -43,6 +45,8 @@ from symoro_elastic.symbolic.operations import (
 UPWARDS = 1 + 2.0**-48
 """Errors are sums and products of at most ten numbers that are not negative: this covers their own rounding."""
 NEARLY = Fraction(999, 1000)
+EXACT = (NEGATE, SIGN, MINIMUM, MAXIMUM)
+"""Operations that round nothing."""
 OF_CIRCLE, OF_ARC = 3.0, 4.0
 """Roundings of a sine or cosine (1.5 ulp), and of an arc tangent (2 ulp), in units of u ufp."""
 
@@ -198,7 +202,7 @@ def _bounded(error: Array, z: Interval) -> Array:
 
 def _local(node: Expression, magnitude: Array, rounding: Rounding) -> Array:
     """The rounding of one operation, whose result has at most this magnitude."""
-    if node.operation in (NEGATE, SIGN) or (node.operation in (MULTIPLY, DIVIDE) and is_power_of_two(node.operands[1])):
+    if node.operation in EXACT or (node.operation in (MULTIPLY, DIVIDE) and is_power_of_two(node.operands[1])):
         return np.full_like(magnitude, rounding.least if node.operation in (MULTIPLY, DIVIDE) else 0.0)
     if node.operation in (SIN, COS):
         times = 1.0 if rounding.is_mixed else OF_CIRCLE
@@ -275,6 +279,10 @@ def _of_sign(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
     return np.where((e[0] > 0) & (x[0].least_magnitude <= e[0]), 2.0, 0.0)
 
 
+def _of_extremum(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
+    return np.maximum(e[0], e[1])
+
+
 PASSED: Mapping[str, Passed] = {
     ADD: _of_sum,
     SUBTRACT: _of_sum,
@@ -286,5 +294,7 @@ PASSED: Mapping[str, Passed] = {
     SQRT: _of_root,
     ATAN2: _of_arc,
     SIGN: _of_sign,
+    MINIMUM: _of_extremum,
+    MAXIMUM: _of_extremum,
 }
 """What each operation makes of the errors of its operands."""

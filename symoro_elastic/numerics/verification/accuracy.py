@@ -27,7 +27,7 @@ from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, Parameters, e
 from symoro_elastic.numerics.quantile_bound import bound_of_more, bound_of_quotients
 from symoro_elastic.numerics.verification.states import States
 from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes, library
-from symoro_elastic.symbolic.operations import COSPI, SIGN
+from symoro_elastic.symbolic.operations import COSPI, MAXIMUM, MINIMUM, SIGN
 from symoro_elastic.symbolic.program import Program
 
 FIRST_BITS, MOST_BITS = 160, 20_480
@@ -399,7 +399,7 @@ def _arithmetic() -> Arithmetic[Any]:
     def number(x: Fraction | int) -> Any:
         return arb(flint.fmpq(*Fraction(x).as_integer_ratio()))
 
-    return Arithmetic(number, library(arb, {SIGN: arb.sgn, COSPI: arb.cos_pi}))
+    return Arithmetic(number, library(arb, {SIGN: arb.sgn, MINIMUM: arb.min, MAXIMUM: arb.max, COSPI: arb.cos_pi}))
 
 
 @cache

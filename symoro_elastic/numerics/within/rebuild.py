@@ -12,11 +12,17 @@ from fractions import Fraction
 from symoro_elastic.numerics.within.tape import Changes, Tape
 from symoro_elastic.symbolic.arithmetic import EXACT
 from symoro_elastic.symbolic.expression import Expression, Operand
-from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
-from symoro_elastic.symbolic.operations import ATAN2, COS, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, maximum, minimum, sign, square_root
+from symoro_elastic.symbolic.operations import ATAN2, COS, MAXIMUM, MINIMUM, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.program import Output, Program
 
-OF_NUMBERS: dict[str, Callable[..., Operand]] = {SQRT: square_root, SIGN: sign, ATAN2: arc_tangent}
+OF_NUMBERS: dict[str, Callable[..., Operand]] = {
+    SQRT: square_root,
+    SIGN: sign,
+    ATAN2: arc_tangent,
+    MINIMUM: minimum,
+    MAXIMUM: maximum,
+}
 """Functions that are exact for some numbers."""
 
 

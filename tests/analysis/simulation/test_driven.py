@@ -141,6 +141,12 @@ HANGING = {"arm": {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0, 0.05
             {},
             "motor, limits: 2 does not hold the machine at the start, which takes 4.905: raise it",
         ),
+        (
+            wound(voltage=10.0) | {"gravity": [0, -9.81, 0], "bodies": HANGING},
+            {},
+            {},
+            "limits, voltage: its torque at rest, 4, does not hold the machine at the start, which takes 4.905",
+        ),
         (drive(), {}, {"method": "rodas4", "step": 1e-3}, "method: rodas4 is not offered with drives: take w3"),
         (drive(Kp="tuned"), {}, {"adaptive": True}, 'motor: Kp "tuned" is not known yet: find it by control --save'),
         (drive() | {"drives": {}}, {}, {"adaptive": True}, "motor has none: give one to all motors below [drives]"),
