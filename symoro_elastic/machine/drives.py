@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from symoro_elastic.machine.formula import ZERO, Formula
-from symoro_elastic.machine.machine import Joint, Machine
+from symoro_elastic.machine.machine import Joint, Machine, Vector3
 
 ONE = Formula.parse(1)
 MOTOR = "motor"
@@ -130,10 +130,27 @@ class Drive:
 
 
 @dataclass(frozen=True)
+class LoadPosition:
+    """The position that a drive controls in place of its motor's in a motion: motor + (s - start)/ratio.
+
+    s is that of the joint `number`, or of the frame `number`, at the point `at` of its body, along an `axis` (0, 1, 2)
+    of frame 0; `start` and `motor` are s and the position of the motor at the start.
+    """
+
+    number: int
+    axis: int | None
+    at: Vector3 | None
+    start: float
+    ratio: float
+    motor: float
+
+
+@dataclass(frozen=True)
 class Drives:
-    """The drives of a machine by the names of the joints of their motors."""
+    """The drives of a machine by the names of the joints of their motors; `loads` are known along a motion only."""
 
     by_motor: Mapping[str, Drive] = field(default_factory=dict)
+    loads: Mapping[str, LoadPosition] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         """Whether there are any."""
@@ -143,7 +160,7 @@ class Drives:
 def within_motors(drives: Drives, machine: Machine) -> Drives:
     """Return the drives of the motors that a machine still has."""
     names = {joint.name for joint in machine.motor_joints}
-    return Drives({name: one for name, one in drives.by_motor.items() if name in names})
+    return Drives({name: one for name, one in drives.by_motor.items() if name in names}, drives.loads)
 
 
 def gain_unit(key: str, joint: Joint) -> str:

@@ -10,9 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.described import drives_of
-from symoro_elastic.machine.drives import MOTOR, TUNED, Drive, Filter, LowPass, Notch, why_no_current_loop
+from symoro_elastic.machine.drives import MOTOR, TUNED, Drive, Filter, LoadPosition, LowPass, Notch, why_no_current_loop
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
+from symoro_elastic.mechanics.kinematics import frames
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.drive_chain import Block, Chain, Inputs, Limit, SetPoint, Winding
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
@@ -24,12 +25,14 @@ SET_POINTS = ("r", "rd", "rdd")
 def driven_motors(machine: Machine) -> Mapping[int, Drive]:
     """Return the drives of motors, by joint, with which time steps can be taken: none where one cannot.
 
-    A gain that is left to tuning has no number, the position of a load is not the motor's own, and the samples of a
-    controller are not in chains.
+    A gain that is left to tuning has no number, the position of a load is known along a motion only, and the samples of
+    a controller are not in chains.
     """
-    named, drives = {machine.joint(j).name: j for j in machine.motors}, drives_of(machine).by_motor
-    for one in drives.values():
-        if TUNED in (one.Kv, one.Kp, one.Tn) or one.measured != MOTOR or one.period is not None:
+    named, of = {machine.joint(j).name: j for j in machine.motors}, drives_of(machine)
+    drives = of.by_motor
+    for name, one in drives.items():
+        is_known = one.measured == MOTOR or name in of.loads
+        if TUNED in (one.Kv, one.Kp, one.Tn) or not is_known or one.period is not None:
             return {}
     return {j: drives[name] for name, j in named.items() if name in drives}
 
@@ -66,7 +69,18 @@ def inputs_of(bound: Bound, j: int) -> Inputs:
     """Return what the drive of a motor is given: set points, position, velocity, and the torque that is added."""
     entries, k = bound.arguments(), bound.motors.index(j)
     r, rd, rdd = (bound.graph.symbol(entries[name][k]) for name in SET_POINTS)
-    return Inputs(r, rd, rdd, bound.variables[j], bound.rate(j), bound.tau[j])
+    load = drives_of(bound.machine).loads.get(bound.machine.joint(j).name)
+    x = bound.variables[j] if load is None else load.motor + (_position(bound, load) - load.start) / load.ratio
+    return Inputs(r, rd, rdd, x, bound.rate(j), bound.tau[j])
+
+
+def _position(bound: Bound, load: LoadPosition) -> Scalar:
+    """Return the position of a load."""
+    if load.axis is None:
+        return bound.variables[load.number]
+    frame = frames(bound.mechanism)[bound.met_frame(load.number)]
+    origin = frame.origin if load.at is None else frame.origin + frame.rotation * bound.vector(load.at)
+    return origin[load.axis]
 
 
 def _chain(bound: Bound, j: int, drive: Drive) -> Chain:

@@ -1,7 +1,7 @@
 """Torques that pass through the transmissions of joints, of motors and springs less friction and rotors.
 
-Friction that rises with load needs them, lambda = Gamma_m - Gamma_f(lambda) - Ia qdd(lambda), which generated models are
-given. As its share of lambda is below 0.9 and rotors take but a part of a torque, lambda is found by substitution.
+Friction that rises with load needs them: lambda = Gamma_m - Gamma_f(lambda) - Ia qdd(lambda), which generated models
+are given. As its share of lambda is below 0.9 and rotors take but a part of a torque, lambda is found by substitution.
 """
 
 from __future__ import annotations

@@ -26,12 +26,13 @@ from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models import closed_dynamics
-from symoro_elastic.models.drive_states import driven_motors, states_at_rest
+from symoro_elastic.models.drive_states import states_at_rest
 from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.models.state import split_into
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.branch_crossings import refuse_lost
+from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
 FLAGS = ("-O2",)
 """Wider vectors wait for numbers that were just stored, and cost more than they save here."""
@@ -180,11 +181,16 @@ def law_of_servos(reference: Reference, t: Array, x: Array, xd: Array) -> Array:
 
 
 def refuse_sampled(reference: Reference) -> None:
-    """Raise `InputError` for drives that generated steps do not have."""
-    continuous = all(one.period is None for one in drives_of(reference.machine).by_motor.values())
-    if reference.drives and continuous and not driven_motors(reference.machine):
-        what = "drives without a period that measure a load need steps that are adapted: simulate with --adaptive"
-        raise reference.prescribed.error("drives", what)
+    """Raise `InputError` for loads of drives without a period whose positions generated steps do not have."""
+    machine, drives = reference.machine, drives_of(reference.machine).by_motor
+    for motor, load in zip(reference.motors, reference.loads, strict=False):
+        if load is None or drives[motor].period is not None:
+            continue
+        (signal,) = outputs(machine, [load.signal])
+        if isinstance(signal, FrameSignal) and (signal.component > 2 or machine.static):
+            of = "frames on static springs" if machine.static else "rotations of frames"
+            what = f"even steps do not measure {of}: simulate with --adaptive"
+            raise machine.error(f"drives, {motor}, measured", what)
 
 
 def refuse_still(reference: Reference) -> None:

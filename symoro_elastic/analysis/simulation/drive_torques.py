@@ -1,12 +1,18 @@
-"""Drives along motions: inputs of their laws, positions that they control."""
+"""Drives along motions: inputs of their laws, positions that they control, in numbers and for steps."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 
 from symoro_elastic.analysis.simulation.observed import Observer
-from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
+from symoro_elastic.analysis.simulation.reference_motion import MeasuredLoad, Motion, Reference
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.described import DescribedMachine, drives_of
+from symoro_elastic.machine.drives import LoadPosition
+from symoro_elastic.machine.machine import Machine
+from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
 
 
 def inputs_of(reference: Reference, motion: Motion, controlled: Array, xd: Array) -> Array:
@@ -36,3 +42,25 @@ class ControlledPositions:
         x = x.copy()
         x[:, self._loaded] = at_start[self._loaded] + (found[1:] - found[0]) / self._ratios
         return x
+
+
+def with_loads(reference: Reference) -> Machine:
+    """Return the machine of a reference with the positions that its drives measure at loads, for steps."""
+    machine = reference.loaded
+    known = tuple(load.signal for load in reference.loads if load)
+    if not known:
+        return machine
+    start = Motion({"q": reference.start.q[None], "qd": reference.start.qd[None]}, np.zeros(1))
+    values = iter(Observer(reference.machine, reference, known).outputs(start)[0].tolist())
+    found = {
+        name: _load_position(reference.machine, load, next(values), float(x))
+        for name, load, x in zip(reference.motors, reference.loads, reference.motors_at_start, strict=True)
+        if load
+    }
+    return replace(DescribedMachine.of(machine), drives=replace(drives_of(machine), loads=found))
+
+
+def _load_position(machine: Machine, load: MeasuredLoad, start: float, motor: float) -> LoadPosition:
+    (signal,) = outputs(machine, [load.signal])
+    axis, at = (signal.component, signal.at) if isinstance(signal, FrameSignal) else (None, None)
+    return LoadPosition(signal.number, axis, at, start, load.ratio, motor)

@@ -22,7 +22,7 @@ from symoro_elastic.analysis.simulation.compiled_steps import (
     inputs_of_steps,
     refuse_still,
 )
-from symoro_elastic.analysis.simulation.drive_torques import ControlledPositions
+from symoro_elastic.analysis.simulation.drive_torques import ControlledPositions, with_loads
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.sampled_drives import Sampling
@@ -64,7 +64,7 @@ def compiled_steps(reference: Reference, methods: Sequence[str], folder: Path) -
         raise reference.prescribed.error("method", f"{lacking[0]} is not offered with drives: take w3")
     if is_sampled(reference):
         return SampledSteps(reference, methods, folder)
-    return CompiledSteps(reference.loaded, methods, folder)
+    return CompiledSteps(with_loads(reference), methods, folder)
 
 
 class SampledSteps(CompiledSteps):

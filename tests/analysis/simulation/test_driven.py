@@ -134,7 +134,12 @@ HANGING = {"arm": {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0, 0.05
 @pytest.mark.parametrize(
     ("machine", "motion", "options", "what"),
     [
-        (drive(measured="arm.rz"), {}, {}, "adapted: simulate with adaptive"),
+        (
+            drive(measured="arm.rz"),
+            {},
+            {},
+            "measured: even steps do not measure rotations of frames: simulate with adaptive",
+        ),
         (
             drive(limits={"torque": 2.0}) | {"gravity": [0, -9.81, 0], "bodies": HANGING},
             {},

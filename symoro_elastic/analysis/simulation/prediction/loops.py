@@ -27,6 +27,7 @@ from symoro_elastic.analysis.simulation.prediction.output_matrices import Output
 from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.described import drives_of
+from symoro_elastic.machine.drives import MOTOR
 
 CONTROLLER = "controller"
 
@@ -38,6 +39,7 @@ def refuse_drives(reference: Reference) -> None:
     for one in reference.drives:
         drive = known[one.motor]
         lacking = {
+            "measured": None if drive.measured == MOTOR else drive.measured,
             "period": drive.period,
             "limits, torque": drive.torque_limit,
             "limits, current": drive.current_limit,
