@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.joint_laws import friction, friction_slope, smooth_sign
 from symoro_elastic.symbolic.differentiation import Differentiation, substitute
-from symoro_elastic.symbolic.expression import Graph
+from symoro_elastic.symbolic.expression import Graph, is_constant, operand, quotient
 from symoro_elastic.symbolic.functions import amount, clamp, maximum, sign, square_root
 
 
@@ -105,7 +105,8 @@ class JointFriction:
 
     def _side(self) -> Scalar:
         """Return k sign(v)/g."""
-        return sign(self.graph, self.v) / self.level(self._scales[1])
+        side, level = sign(self.graph, self.v), self.level(self._scales[1])
+        return side * quotient(1, operand(level)) if is_constant(level) else side / level
 
     def _held_back(self, y: Scalar) -> Scalar:
         """Return alpha y by k y."""

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
+from symoro_elastic.api.machines import the_machine
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library, load_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
@@ -20,14 +21,18 @@ from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.matlab import render_matlab
 from symoro_elastic.codegen.targets.st import render_st
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.models.joint_friction import JointFriction
 from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.functions import amount, clamp, maximum, minimum
+from tests.numerics.guarantees.fixed import FixedCase
+from tests.numerics.guarantees.test_fixed_point import TURNING_SPRING
 from tests.octave import OCTAVE, Call, as_argument, octave, written
 from tests.references.controlled import PLAIN, controlled
 from tests.structured_text import interpreted, parsed
@@ -147,3 +152,21 @@ def test_intervals_hold_what_numbers_are() -> None:
         assert np.array_equal(found.low, of(x.low, y.low)) and np.array_equal(found.high, of(x.high, y.high))
         unknown = INTERVALS.operations[name](x, Interval(np.full(1000, -np.inf), np.full(1000, np.inf)))
         assert not unknown.is_bounded.any()
+
+
+def test_fixed_point_is_within_what_is_proven(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A friction made for this, on 20 000 states, half of them at ends of their ranges; its bound in double, too."""
+
+    def force(self: JointFriction) -> Any:
+        return clamp(self.graph, self.coulomb * self.v, -self.viscous, maximum(self.graph, self.viscous * self.v, 0))
+
+    monkeypatch.setattr(JointFriction, "force", force)
+    machine = the_machine(TURNING_SPRING | {"name": "limited"})
+    one = FixedCase(machine, DescribedMachine.of(machine).limits, "friction_forces")
+    states = one.states(20_000, np.random.default_rng(3))
+    in_box, found = one.run(states, tmp_path)
+    exact = one.exact(states)
+    assert in_box.all() and (np.abs(found * one.units - exact).max(axis=0) <= one.proven + 1e-15).all()
+    assert exact[:, -1].min() == -0.3 and exact[:, -1].max() > 0.8
+    (certificate,) = se.certify(machine, "friction_forces").certificates
+    assert 0 < certificate.entries[-1].error < 1e-15
