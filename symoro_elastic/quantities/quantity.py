@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from enum import Enum
 from functools import cache
 
@@ -32,7 +32,7 @@ class Samples:
     decades: tuple[float, float] | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Quantity:
     """An argument, a result, or what derivatives are taken by."""
 
@@ -46,6 +46,7 @@ class Quantity:
     """Lengths of the axes, as in `frames x 6`: `n` joints that move, `m` motors, `d` dependent, `s` static, `w` frames
     under wrenches, `b` joints whose friction has a state, `l` whose friction rises with load, numbers."""
     roles: tuple[Role, ...]
+    _: KW_ONLY
     frame: str = ""
     """Frame of the components, in words."""
     note: str = ""
@@ -180,12 +181,12 @@ def derivative(of: Quantity, by: Quantity, note: str = "") -> Quantity:
     columns = by.as_column or by.name
     unit = of.unit / by.unit if isinstance(of.unit, Unit) and isinstance(by.unit, Unit) else None
     return Quantity(
-        name=f"d{of.name}_d{by.name}",
-        meaning=f"derivatives of {of.plural} by {columns}{note}",
-        symbol=rf"[\partial{_spaced(of)}/\partial{_spaced(by)}]",
-        unit=unit,
-        shape=f"{of.shape} x {by.shape}",
-        roles=(Role.RESULT,),
+        f"d{of.name}_d{by.name}",
+        f"derivatives of {of.plural} by {columns}{note}",
+        rf"[\partial{_spaced(of)}/\partial{_spaced(by)}]",
+        unit,
+        f"{of.shape} x {by.shape}",
+        (Role.RESULT,),
         says_unit=False,
         is_derivative=True,
     )
