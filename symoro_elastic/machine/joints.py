@@ -87,42 +87,27 @@ class Spring:
     """
 
     stiffness: Formula = column(
-        *(Dimension.STIFFNESS, "springs", "k"),
-        symbol="k",
-        tunable=True,
+        Dimension.STIFFNESS, "springs", "k", symbol="k", tunable=True,
         meaning="stiffness k of an elastic joint, whose spring exerts -k (q - neutral) - damping qd; it may hold joint "
-        "variables x, on which the spring then exerts -(dk/dx) (q - neutral)^2/2 as well",
-        example="4.0e5",
-    )
+        "variables x, on which the spring then exerts -(dk/dx) (q - neutral)^2/2 as well", example="4.0e5"
+    )  # fmt: skip
     damping: Formula = column(
-        *(Dimension.DAMPING, "springs", "damping"),
-        symbol="d",
-        tunable=True,
-        meaning="damping of the spring",
-        example="120",
-    )
+        Dimension.DAMPING, "springs", "damping", symbol="d", tunable=True, meaning="damping of the spring",
+        example="120"
+    )  # fmt: skip
     neutral: Formula = column(
-        *(Dimension.POSITION, "springs", "neutral"),
-        symbol="q0",
-        tunable=True,
-        meaning="position of the joint at which the spring exerts no force",
-        example="0.001",
-    )
+        Dimension.POSITION, "springs", "neutral", symbol="q0", tunable=True,
+        meaning="position of the joint at which the spring exerts no force", example="0.001"
+    )  # fmt: skip
     backlash: Formula = column(
-        *(Dimension.BACKLASH, "springs", "backlash"),
-        symbol="bl",
-        tunable=True,
+        Dimension.BACKLASH, "springs", "backlash", symbol="bl", tunable=True,
         meaning="play b in which spring and damper exert nothing, b/2 to either side of neutral; the stiffness is then "
-        "a constant",
-        example="1e-3",
-    )
+        "a constant", example="1e-3"
+    )  # fmt: skip
     rounding: Formula = column(
-        *(Dimension.BACKLASH, "springs", "rounding"),
-        symbol="e",
-        tunable=True,
-        meaning="deflection e that rounds the two edges of a backlash; left out: backlash/50",
-        example="2e-5",
-    )
+        Dimension.BACKLASH, "springs", "rounding", symbol="e", tunable=True,
+        meaning="deflection e that rounds the two edges of a backlash; left out: backlash/50", example="2e-5"
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -135,74 +120,46 @@ class Friction:
     """
 
     viscous: Formula = column(
-        *(Dimension.VISCOUS_FRICTION, "friction", "FV"),
-        title="viscous friction",
-        symbol="Fv",
-        tunable=True,
-        meaning="friction in proportion to the velocity of the joint",
-        example="0.8",
-    )
+        Dimension.VISCOUS_FRICTION, "friction", "FV", title="viscous friction", symbol="Fv", tunable=True,
+        meaning="friction in proportion to the velocity of the joint", example="0.8"
+    )  # fmt: skip
     coulomb: Formula = column(
-        *(Dimension.COULOMB_FRICTION, "friction", "FS"),
-        title="coulomb friction",
-        symbol="Fs",
-        meaning="dry friction, against the sense of motion; none at rest",
-        example="1.5",
-    )
+        Dimension.COULOMB_FRICTION, "friction", "FS", title="coulomb friction", symbol="Fs",
+        meaning="dry friction, against the sense of motion; none at rest", example="1.5"
+    )  # fmt: skip
     creep: Formula = column(
-        *(Dimension.CREEP, "friction", "creep"),
-        title="creep velocity",
-        symbol="vs",
+        Dimension.CREEP, "friction", "creep", title="creep velocity", symbol="vs",
         meaning="velocity vs that makes dry friction smooth, Fs qd / sqrt(qd^2 + vs^2); under a torque tau below Fs "
-        "the joint then creeps by vs tau / sqrt(Fs^2 - tau^2); left out: Fs sign(qd)",
-        example="1e-4",
-    )
+        "the joint then creeps by vs tau / sqrt(Fs^2 - tau^2); left out: Fs sign(qd)", example="1e-4"
+    )  # fmt: skip
     static: Formula = column(
-        *(Dimension.COULOMB_FRICTION, "friction", "static"),
-        title="static friction",
-        symbol="Fb",
+        Dimension.COULOMB_FRICTION, "friction", "static", title="static friction", symbol="Fb",
         meaning="dry friction at rest, coulomb + (static - coulomb)/(1 + (qd/stribeck)^2) at a velocity; left out: as "
-        "coulomb",
-        example="2",
-    )
+        "coulomb", example="2"
+    )  # fmt: skip
     stribeck: Formula = column(
-        *(Dimension.CREEP, "friction", "stribeck"),
-        title="Stribeck velocity",
-        symbol="vb",
-        meaning="velocity at which half of static - coulomb is left",
-        example="0.01",
-    )
+        Dimension.CREEP, "friction", "stribeck", title="Stribeck velocity", symbol="vb",
+        meaning="velocity at which half of static - coulomb is left", example="0.01"
+    )  # fmt: skip
     load: Formula = column(
-        *(Dimension.SHARE, "friction", "load"),
-        title="load friction",
-        symbol="mu",
+        Dimension.SHARE, "friction", "load", title="load friction", symbol="mu",
         meaning="share of the torque through the transmission, as an amount, by which dry friction rises; below 0.9",
-        example="0.05",
-    )
+        example="0.05"
+    )  # fmt: skip
     bristle: Formula = column(
-        *(Dimension.STIFFNESS, "friction", "bristle"),
-        title="bristle stiffness",
-        symbol="s0",
+        Dimension.STIFFNESS, "friction", "bristle", title="bristle stiffness", symbol="s0",
         meaning="stiffness of dry friction before it slips, which makes its deflection z a state: "
-        "friction is bristle z + bristle_damping zd + viscous qd; in place of creep",
-        example="1e5",
-    )
+        "friction is bristle z + bristle_damping zd + viscous qd; in place of creep", example="1e5"
+    )  # fmt: skip
     bristle_damping: Formula = column(
-        *(Dimension.DAMPING, "friction", "bristle_damping"),
-        symbol="s1",
-        title="bristle damping",
-        meaning="damping of the bristle; sqrt(bristle times the inertia of the joint) is usual",
-        example="300",
-    )
+        Dimension.DAMPING, "friction", "bristle_damping", symbol="s1", title="bristle damping",
+        meaning="damping of the bristle; sqrt(bristle times the inertia of the joint) is usual", example="300"
+    )  # fmt: skip
     breakaway: Formula = column(
-        *(Dimension.SHARE, "friction", "breakaway"),
-        symbol="zb",
-        title="breakaway",
+        Dimension.SHARE, "friction", "breakaway", symbol="zb", title="breakaway",
         meaning="part of its largest deflection up to which the bristle is elastic, so that loads do not make the "
-        "joint drift; 0: it always slips, as of LuGre",
-        example="0.7",
-        default="0.7",
-    )
+        "joint drift; 0: it always slips, as of LuGre", example="0.7", default="0.7"
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -226,28 +183,21 @@ class Electrics:
     """The winding of a motor: L di/dt = u - R i - Ke w, torque Kt i, w being the velocity of its rotor."""
 
     resistance: Formula = column(
-        *(Dimension.RESISTANCE, "motors", "resistance"),
-        symbol="R",
-        meaning="resistance of the winding, for drives whose current loop has kp and ti",
-        example="0.5",
-    )
+        Dimension.RESISTANCE, "motors", "resistance", symbol="R",
+        meaning="resistance of the winding, for drives whose current loop has kp and ti", example="0.5"
+    )  # fmt: skip
     inductance: Formula = column(
         *(Dimension.INDUCTANCE, "motors", "inductance"), symbol="L", meaning="inductance of the winding", example="1e-3"
     )
     torque_constant: Formula = column(
-        *(Dimension.TORQUE_CONSTANT, "motors", "torque_constant"),
-        title="torque constant",
-        symbol="Kt",
-        meaning="torque by current, about the rotor's own axis where a ratio is given",
-        example="0.1",
-    )
+        Dimension.TORQUE_CONSTANT, "motors", "torque_constant", title="torque constant", symbol="Kt",
+        meaning="torque by current, about the rotor's own axis where a ratio is given", example="0.1"
+    )  # fmt: skip
     back_emf: Formula = column(
-        *(Dimension.BACK_EMF, "motors", "back_emf"),
-        title="back EMF",
-        symbol="Ke",
+        Dimension.BACK_EMF, "motors", "back_emf", title="back EMF", symbol="Ke",
         meaning="voltage by velocity, of the rotor's own axis where a ratio is given; 0: that of torque_constant",
-        example="0.1",
-    )
+        example="0.1"
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -255,29 +205,19 @@ class Cogging:
     """Torque of a motor by the position of its rotor alone: amplitude sin(order n q + phase) on its own axis."""
 
     amplitude: Formula = column(
-        *(Dimension.COGGING, "motors", "cogging"),
-        key="cogging",
-        symbol="A",
+        Dimension.COGGING, "motors", "cogging", key="cogging", symbol="A",
         meaning="amplitude of the cogging torque, n A sin(N n q + phase) on a joint behind a ratio n; about the axis "
-        "of the rotor",
-        example="0.02",
-    )
+        "of the rotor", example="0.02"
+    )  # fmt: skip
     order: Formula = column(
-        *(Dimension.PER_TURN, "motors", "cogging_order"),
-        key="cogging_order",
-        title="cogging order",
-        symbol="N",
+        Dimension.PER_TURN, "motors", "cogging_order", key="cogging_order", title="cogging order", symbol="N",
         meaning="periods of cogging in a turn of the rotor; where it slides without a ratio, 2 pi over their length",
-        example="24",
-    )
+        example="24"
+    )  # fmt: skip
     phase: Formula = column(
-        *(Dimension.PHASE, "motors", "cogging_phase"),
-        key="cogging_phase",
-        title="cogging phase",
-        symbol="phi",
-        meaning="phase of cogging where the joint is at zero",
-        example="0.4",
-    )
+        Dimension.PHASE, "motors", "cogging_phase", key="cogging_phase", title="cogging phase", symbol="phi",
+        meaning="phase of cogging where the joint is at zero", example="0.4"
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -301,22 +241,18 @@ class Joint:
         example='"pi/6"',
     )
     b: Formula = column(
-        *(Dimension.LENGTH, "joints", "b"),
-        tunable=True,
-        meaning="translation along z of the antecedent, before alpha: for branches of trees",
-        example="0.1",
-    )
+        Dimension.LENGTH, "joints", "b", tunable=True,
+        meaning="translation along z of the antecedent, before alpha: for branches of trees", example="0.1"
+    )  # fmt: skip
     alpha: Formula = column(
         *(Dimension.ANGLE, "joints", "alpha"),
         meaning="angle between z of the antecedent and z of the joint, about x",
         example='"pi/2"',
     )
     d: Formula = column(
-        *(Dimension.LENGTH, "joints", "d"),
-        tunable=True,
-        meaning="distance between z of the antecedent and z of the joint, along x",
-        example='"L2"',
-    )
+        Dimension.LENGTH, "joints", "d", tunable=True,
+        meaning="distance between z of the antecedent and z of the joint, along x", example='"L2"'
+    )  # fmt: skip
     theta: Formula = column(
         *(Dimension.ANGLE, "joints", "theta"),
         meaning="angle about z of the joint; where sigma = 0 the joint variable, alone or plus a constant or a formula "
@@ -324,22 +260,17 @@ class Joint:
         example='"q1 + pi/2"',
     )
     r: Formula = column(
-        *(Dimension.LENGTH, "joints", "r"),
-        tunable=True,
+        Dimension.LENGTH, "joints", "r", tunable=True,
         meaning="translation along z of the joint; where sigma = 1 the joint variable, alone or plus a constant or a "
-        "formula of the variables of other joints",
-        example='"q2"',
-    )
+        "formula of the variables of other joints", example='"q2"'
+    )  # fmt: skip
     body: Body = Body()
     spring: Spring = Spring()
     rotor_inertia: Formula = column(
-        *(Dimension.ROTOR_INERTIA, "motors", "IA"),
-        symbol="Ia",
-        tunable=True,
+        Dimension.ROTOR_INERTIA, "motors", "IA", symbol="Ia", tunable=True,
         meaning="inertia of the rotor reflected to the joint: its own times the square of the gear ratio; on a coupled "
-        "joint it turns with that joint, and is counted beside the body of the row",
-        example="1.2",
-    )
+        "joint it turns with that joint, and is counted beside the body of the row", example="1.2"
+    )  # fmt: skip
     ratio: Formula = column(
         *(Dimension.RATIO, "motors", "ratio"),
         meaning="rotor turns per joint turn, rad/m where it slides: rotor_inertia is then that of the "
