@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import subprocess
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -240,28 +240,35 @@ class Case:
         return re.sub(r"@(\w+)@", lambda found: words[found[1]], PROGRAM)
 
 
-def on_host(case: Case, folder: Path) -> list[list[int]]:
-    """Words that the program prints on this computer, a list for each function."""
-    _write(folder, {**case.files, "main.c": case.program(), "host.c": HOST})
-    sources = ["main.c", "host.c", f"{case.name}.c"]
+def on_host(name: str, files: Mapping[str, str], program: str, folder: Path) -> list[list[int]]:
+    """Words that a program prints on this computer, a list for each line; `name` is the source of the model."""
+    _write(folder, {**files, "main.c": program, "host.c": HOST})
+    sources = ["main.c", "host.c", f"{name}.c"]
     subprocess.run(["gcc", "-std=c99", "-O2", *sources, "-o", "main", "-lm"], cwd=folder, check=True)
     return _words(subprocess.run([str(folder / "main")], capture_output=True, text=True, check=True).stdout)
 
 
-def on_board(case: Case, folder: Path, flags: str = "") -> list[list[int]]:
-    """Words that it prints on the Cortex-M7."""
-    _write(folder, {**case.files, "main.c": case.program(), "board.c": BOARD, "layout.ld": LAYOUT})
-    sources = ["main.c", f"{case.name}.c"]
-    compiler = ["arm-none-eabi-gcc", "-O2", *CORTEX_M7.split()]
-    subprocess.run([*compiler, "-std=c99", *flags.split(), "-c", *sources], cwd=folder, check=True)
+def on_board(
+    name: str,
+    files: Mapping[str, str],
+    program: str,
+    folder: Path,
+    processor: str = CORTEX_M7,
+    flags: str = "",
+    qemu: Sequence[str] = QEMU,
+) -> list[list[int]]:
+    """Words that it prints on a board; `processor` and `flags` are those of the compiler."""
+    _write(folder, {**files, "main.c": program, "board.c": BOARD, "layout.ld": LAYOUT})
+    compiler = ["arm-none-eabi-gcc", "-O2", *processor.split()]
+    subprocess.run([*compiler, "-std=c99", *flags.split(), "-c", "main.c", f"{name}.c"], cwd=folder, check=True)
     subprocess.run(
         [*compiler, "-std=gnu99", "-fno-tree-loop-distribute-patterns", "-c", "board.c"], cwd=folder, check=True
     )
-    objects = ["main.o", f"{case.name}.o", "board.o"]
+    objects = ["main.o", f"{name}.o", "board.o"]
     linked = [*compiler, "-nostartfiles", "--specs=nosys.specs", "-Tlayout.ld", "-Wl,--no-warn-rwx-segments"]
     subprocess.run([*linked, *objects, "-lm", "-o", "board.elf"], cwd=folder, check=True)
     done = subprocess.run(
-        [*QEMU, "-kernel", str(folder / "board.elf")], capture_output=True, text=True, check=True, timeout=300
+        [*qemu, "-kernel", str(folder / "board.elf")], capture_output=True, text=True, check=True, timeout=300
     )
     return _words(done.stdout + done.stderr)
 
@@ -288,8 +295,8 @@ def ulps(a: list[int], b: list[int]) -> np.ndarray:
 def rows_of(name: str) -> Iterator[list[str]]:
     case = Case(name)
     with tempfile.TemporaryDirectory() as folder:
-        host, board = on_host(case, Path(folder)), on_board(case, Path(folder))
-        fused = on_board(case, Path(folder), "-ffp-contract=fast")
+        made = case.name, case.files, case.program(), Path(folder)
+        host, board, fused = on_host(*made), on_board(*made), on_board(*made, flags="-ffp-contract=fast")
     report = code_report(case.package, case.files, SINGLE, tool_chain("arm-none-eabi-gcc", CORTEX_M7))
     said = {one.name: one.cost for one in report.functions}
     for one, here, there, there_fused in zip(case.called, host, board, fused, strict=True):

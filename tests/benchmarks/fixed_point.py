@@ -21,7 +21,7 @@ from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.c_fixed import render_c_fixed
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.described import DescribedMachine
-from tests.benchmarks.embedded import BOARD, CORTEX_M7, LAYOUT, NANOSECONDS_PER_TICK, QEMU
+from tests.benchmarks.embedded import CORTEX_M7, NANOSECONDS_PER_TICK, QEMU, on_board, on_host
 from tests.benchmarks.machines import example
 from tests.benchmarks.tables import print_table, progress
 from tests.numerics.guarantees.fixed import FixedCase
@@ -82,14 +82,6 @@ int main(void)
     return 0;
 }
 """
-HOST = """
-#include <stdint.h>
-#include <stdio.h>
-void put(const char *text) { fputs(text, stdout); }
-uint32_t ticks(void) { return 0; }
-void paint(void) { }
-uint32_t painted(void) { return 0; }
-"""
 
 
 @dataclass(frozen=True)
@@ -142,50 +134,11 @@ class Build:
         return found.view(np.float32).astype(float)
 
 
-def on_host(build: Build, states: Array, folder: Path) -> list[int]:
-    """Words that the program prints on this computer."""
-    _write(folder, {**build.files, "main.c": build.program(states), "host.c": HOST})
-    sources = ["main.c", "host.c", f"{build.name}.c"]
-    subprocess.run(["gcc", "-std=c99", "-O2", *sources, "-o", "main", "-lm"], cwd=folder, check=True)
-    return _words(subprocess.run([str(folder / "main")], capture_output=True, text=True, check=True).stdout)
-
-
-def on_board(build: Build, states: Array, folder: Path, board: str) -> tuple[list[int], int]:
-    """Words that it prints on a board, and the bytes of the code of a call."""
-    flags, machine, processor = BOARDS[board]
-    _write(folder, {**build.files, "main.c": build.program(states), "board.c": BOARD, "layout.ld": LAYOUT})
-    compiler, sources = ["arm-none-eabi-gcc", "-O2", *flags.split()], ["main.c", f"{build.name}.c"]
-    subprocess.run([*compiler, "-std=c99", "-c", *sources], cwd=folder, check=True)
-    subprocess.run(
-        [*compiler, "-std=gnu99", "-fno-tree-loop-distribute-patterns", "-c", "board.c"], cwd=folder, check=True
-    )
-    linked = [*compiler, "-nostartfiles", "--specs=nosys.specs", "-Tlayout.ld", "-Wl,--no-warn-rwx-segments"]
-    objects = ["main.o", f"{build.name}.o", "board.o"]
-    subprocess.run([*linked, *objects, "-lm", "-o", "board.elf"], cwd=folder, check=True)
-    given = {"mps2-an500": machine, "cortex-m7": processor}
-    command = [given.get(word, word) for word in QEMU]
-    done = subprocess.run(
-        [*command, "-kernel", str(folder / "board.elf")], capture_output=True, text=True, check=True, timeout=300
-    )
-    return _words(done.stdout + done.stderr), _code(folder / f"{build.name}.o")
-
-
 def _code(file: Path) -> int:
     """Bytes of the functions in an object file that a call may need, without those of libraries."""
     listed = subprocess.run(["arm-none-eabi-nm", "-S", str(file)], capture_output=True, text=True, check=True).stdout
     rows = [line.split() for line in listed.splitlines()]
     return sum(int(row[1], 16) for row in rows if len(row) == 4 and row[2] in "tT" and not row[3].endswith(CONVERSIONS))
-
-
-def _write(folder: Path, files: dict[str, str]) -> None:
-    for name, text in files.items():
-        (folder / name).write_text(text, encoding="utf-8")
-
-
-def _words(text: str) -> list[int]:
-    if "fault" in text:
-        raise RuntimeError(text)
-    return [int(word, 16) for word in text.split()]
 
 
 def rows_of(name: str) -> list[list[str]]:
@@ -198,8 +151,13 @@ def rows_of(name: str) -> list[list[str]]:
     rows = []
     for build in (Build("fixed", case), Build("single", case)):
         with tempfile.TemporaryDirectory() as folder:
-            here = on_host(build, states, Path(folder))
-            boards = {board: on_board(build, states, Path(folder), board) for board in BOARDS}
+            made = build.name, build.files, build.program(states), Path(folder)
+            (here,) = on_host(*made)
+            boards = {}
+            for board, (flags, *words_of_qemu) in BOARDS.items():
+                given = dict(zip(("mps2-an500", "cortex-m7"), words_of_qemu, strict=True))
+                (words,) = on_board(*made, flags, qemu=[given.get(word, word) for word in QEMU])
+                boards[board] = words, _code(Path(folder) / f"{build.name}.o")
         found = build.results(here[:-2]).reshape(exact.shape)
         error = (np.abs(found - exact).max(axis=0)[moved] / largest[moved]).max()
         equal = all(words[:-2] == here[:-2] for words, _ in boards.values())

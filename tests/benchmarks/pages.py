@@ -10,7 +10,8 @@ import os
 import shutil
 import sys
 import sysconfig
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -64,20 +65,35 @@ class Opened:
             self.wrong.append(what)
 
 
-def listened(name: str, page: Any, file: Path) -> Opened:
-    """Open a file; errors of scripts and requests are wrong."""
+def listened(name: str, page: Any, file: Path, allowed: tuple[str, ...]) -> Opened:
+    """Open a file; errors of scripts, and requests of what does not begin as is `allowed`, are wrong."""
     opened = Opened(name, page, [])
     page.on("console", lambda m: opened.expect(m.type != "error", f"console: {m.text[:200]}"))
     page.on("pageerror", lambda error: opened.wrong.append(f"script: {str(error)[:200]}"))
-    page.on(
-        "request",
-        lambda r: opened.expect(
-            r.url.split("#")[0] == file.as_uri() or r.url.startswith("blob:"), f"request of {r.url[:80]}"
-        ),
-    )
-    page.goto(file.as_uri())
-    page.wait_for_selector("#space[data-camera]", state="attached")
+    page.on("request", lambda r: opened.expect(r.url.startswith(allowed), f"request: {r.url[:80]}"))
+    page.goto(file.as_uri(), wait_until="load")
     return opened
+
+
+@contextmanager
+def chromium() -> Iterator[Any]:
+    """A browser, of the system where there is one."""
+    from playwright.sync_api import sync_playwright
+
+    path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+def windows(browser: Any, sizes: Mapping[str, tuple[int, int]] = SIZES) -> Iterator[tuple[str, str, Any]]:
+    """Sizes and schemes by name, each with a window of its own."""
+    for size, (width, height) in sizes.items():
+        for scheme in SCHEMES:
+            context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+            yield size, scheme, context
+            context.close()
 
 
 def check_names(opened: Opened, machine: Path) -> float:
@@ -169,13 +185,9 @@ def check_tools(opened: Opened) -> None:
 
 def main(folder: Path, names: list[str]) -> int:
     """Write and open the pages; 1 where something is wrong."""
-    from playwright.sync_api import sync_playwright
-
     folder.mkdir(parents=True, exist_ok=True)
-    browser_path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
     failed = 0
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=browser_path, args=list(FLAGS))
+    with chromium() as browser:
         for name in names or MACHINES:
             machine, *options = MACHINES[name]
             file = (folder / f"{name}.html").resolve()
@@ -183,15 +195,13 @@ def main(folder: Path, names: list[str]) -> int:
             if made.code:
                 print(f"{name}: {made.err}")
                 return 1
-            for size, (width, height), scheme in ((*one, scheme) for one in SIZES.items() for scheme in SCHEMES):
-                context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
-                opened = listened(name, context.new_page(), file)
+            for size, scheme, context in windows(browser):
+                opened = listened(name, context.new_page(), file, (file.as_uri(), "blob:"))
+                opened.page.wait_for_selector("#space[data-camera]", state="attached")
                 far = list(check_page(opened, Path(str(machine)), folder, f"{size}.{scheme}"))
                 told = f"{file.stat().st_size / 1000:.0f} kB, names within {max(far):.2g} px"
                 print(f"{name:14} {size:6} {scheme:6} {told}", *opened.wrong, sep="; ")
                 failed += len(opened.wrong)
-                context.close()
-        browser.close()
     return int(failed > 0)
 
 

@@ -6,16 +6,13 @@ Needs what `tests.benchmarks.pages` needs.
 
 from __future__ import annotations
 
-import os
-import shutil
 import sys
 from pathlib import Path
-from typing import Any
 
-from tests.benchmarks.pages import FLAGS, MACHINES, NAMELESS, SCHEMES, SIZES, Opened
+from tests.benchmarks.pages import MACHINES, NAMELESS, SIZES, Opened, chromium, listened, windows
 from tests.command_line import ended
 
-WINDOWS = [(size, *extent, scheme) for size, extent in {**SIZES, "small": (1000, 800)}.items() for scheme in SCHEMES]
+WINDOWS = {**SIZES, "small": (1000, 800)}
 A4 = (688, 973)
 """Pixels within the margins of a sheet."""
 MOVES = """() => [...document.querySelectorAll(".wide")].filter((x) => x.scrollWidth > x.clientWidth + 1)
@@ -23,16 +20,6 @@ MOVES = """() => [...document.querySelectorAll(".wide")].filter((x) => x.scrollW
 """Tables that are moved sideways."""
 BARE = '() => [...document.querySelectorAll("img")].filter((x) => !x.alt || !x.naturalWidth).length'
 WIDER = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
-
-
-def opened_report(name: str, page: Any, file: Path) -> Opened:
-    """Open a report; errors of scripts and requests are wrong."""
-    opened = Opened(name, page, [])
-    page.on("console", lambda m: opened.expect(m.type != "error", f"console: {m.text[:200]}"))
-    page.on("pageerror", lambda error: opened.wrong.append(f"script: {str(error)[:200]}"))
-    page.on("request", lambda r: opened.expect(r.url.startswith(("data:", file.as_uri())), f"request: {r.url[:80]}"))
-    page.goto(file.as_uri())
-    return opened
 
 
 def check_report(opened: Opened) -> None:
@@ -68,13 +55,9 @@ def check_paper(opened: Opened, width: int, height: int) -> None:
 
 def main(folder: Path, names: list[str]) -> int:
     """Write and open the reports; 1 where something is wrong."""
-    from playwright.sync_api import sync_playwright
-
     folder.mkdir(parents=True, exist_ok=True)
-    browser_path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
     failed = 0
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=browser_path, args=list(FLAGS))
+    with chromium() as browser:
         for name in names or MACHINES:
             machine, *options = MACHINES[name]
             scene = options[:2] if "--scene" in options else []
@@ -83,16 +66,13 @@ def main(folder: Path, names: list[str]) -> int:
                 print(f"{name}: {made.err}")
                 return 1
             file = Path(made.out.splitlines()[-1].removeprefix("wrote ")).resolve()
-            for size, width, height, scheme in WINDOWS:
-                context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
-                opened = opened_report(name, context.new_page(), file)
+            for size, scheme, context in windows(browser, WINDOWS):
+                opened = listened(name, context.new_page(), file, (file.as_uri(), "data:"))
                 opened.page.screenshot(path=folder / f"{name}.{size}.{scheme}.png", full_page=True)
-                check_paper(opened, width, height)
+                check_paper(opened, *WINDOWS[size])
                 check_report(opened)
                 print(f"{name:14} {size:6} {scheme:6} {file.stat().st_size / 1000:.0f} kB", *opened.wrong, sep="; ")
                 failed += len(opened.wrong)
-                context.close()
-        browser.close()
     return int(failed > 0)
 
 

@@ -17,7 +17,7 @@ from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.models.implicit_steps import Motors
 from tests.analysis.ladder.scenes import arm, moving
 from tests.benchmarks.scene_machines import stiffer_tool, tool_moves
-from tests.benchmarks.tables import print_table
+from tests.benchmarks.tables import met, print_table
 
 STEPS, ROUNDS = 400, 60
 FLAGS = {
@@ -56,7 +56,7 @@ def show() -> list[Any]:
 def _goal(method: str, ratio: float) -> str:
     if method not in GOALS:
         return ""
-    return f"{GOALS[method]:g}: {'met' if ratio <= GOALS[method] else 'NOT MET'}"
+    return f"{GOALS[method]:g}: {met(ratio <= GOALS[method])}"
 
 
 def fastest(reference: Reference, names: Sequence[str], flags: Sequence[str]) -> Mapping[str, float]:

@@ -16,7 +16,7 @@ from symoro_elastic.analysis.simulation.reference_motion import Reference
 from symoro_elastic.foundation.array_types import Array
 from tests.analysis.simulation.with_parameters import StepsWithParameters
 from tests.benchmarks.scene_machines import Tool, stiffer_tool, tool_moves
-from tests.benchmarks.tables import print_table, progress
+from tests.benchmarks.tables import met, print_table, progress
 
 TIMES_STIFFER, DAMPING = (1.0, 1e2, 1e4, 1e6, 1e8), (0.0, 0.02)
 TRUTH, FEWEST, MOST, FINER, ROUNDS = 16_384, 10, 8192, 1.06, 25
@@ -103,14 +103,10 @@ def _print(figures: Sequence[dict[str, Any]]) -> None:
         most = max(x or np.inf for x in ms)
         ratio = most / min(x or np.inf for x in ms)
         asked.append(
-            (f"{method}, {error:g} m: longest, ms", f"{most:.3f}", f"{1e3 * limit:g}", _met(most <= 1e3 * limit))
+            (f"{method}, {error:g} m: longest, ms", f"{most:.3f}", f"{1e3 * limit:g}", met(most <= 1e3 * limit))
         )
         if np.isfinite(spread):
             asked.append(
-                (f"{method}, {error:g} m: longest over shortest", f"{ratio:.2f}", f"{spread:g}", _met(ratio <= spread))
+                (f"{method}, {error:g} m: longest over shortest", f"{ratio:.2f}", f"{spread:g}", met(ratio <= spread))
             )
     print_table("goals", ("goal", "found", "asked", ""), asked)
-
-
-def _met(is_met: bool) -> str:
-    return "met" if is_met else "NOT MET"

@@ -30,7 +30,7 @@ from tests.analysis.ladder.scenes import Scene, many
 from tests.analysis.ladder.truth import Truth, pinocchio_dynamics
 from tests.benchmarks.match import require_pinocchio
 from tests.benchmarks.scene_picture import draw
-from tests.benchmarks.tables import print_table, progress, save_json
+from tests.benchmarks.tables import met, print_table, progress, save_json
 
 TIMES, PRECISION = 240, 1e-9
 SMALLEST_MODEL, SMALLEST_STEP = 1e-11, 2e-9
@@ -131,7 +131,7 @@ def show(found: Sequence[Compared]) -> None:
         ("rung errors within 1.1", len(springs), share(springs, CLOSE), 0.9),
         ("step errors within a factor 2", len(steps), share(steps, EXCEPT_FAR), 0.95),
     )
-    kept = [(what, str(n), f"{x:.1%}", f"{goal:.0%}", "met" if x >= goal else "NOT MET") for what, n, x, goal in asked]
+    kept = [(what, str(n), f"{x:.1%}", f"{goal:.0%}", met(x >= goal)) for what, n, x, goal in asked]
     print_table("promises", ("promise", "errors", "share", "asked", ""), kept)
 
 

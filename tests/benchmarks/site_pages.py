@@ -8,14 +8,11 @@ first screen of each page goes to a folder. The page of servers for what is miss
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
 import sys
 from pathlib import Path
-from typing import Any
 
-from tests.benchmarks.pages import FLAGS, SCHEMES, SIZES, Opened
+from tests.benchmarks.pages import SCHEMES, SIZES, Opened, chromium, listened, windows
 from tests.benchmarks.report_pages import BARE, WIDER
 
 WIDEST = """() => [...document.querySelectorAll("article *")].filter((x) =>
@@ -23,18 +20,6 @@ WIDEST = """() => [...document.querySelectorAll("article *")].filter((x) =>
 ).slice(0, 3).map((x) => x.outerHTML.slice(0, 80))"""
 SEARCHED = "frequency"
 PRINTED = re.compile(rb"/Type\s*/Page\b")
-
-
-def opened_page(context: Any, site: Path, file: Path) -> Opened:
-    """Open a page of the site; errors of scripts and requests of other places are wrong."""
-    page = context.new_page()
-    opened = Opened(str(file.relative_to(site)), page, [])
-    page.on("console", lambda m: opened.expect(m.type != "error", f"console: {m.text[:200]}"))
-    page.on("pageerror", lambda error: opened.wrong.append(f"script: {str(error)[:200]}"))
-    own = (site.as_uri(), "data:", "blob:", "about:")
-    page.on("request", lambda r: opened.expect(r.url.startswith(own), f"request: {r.url[:80]}"))
-    page.goto(file.as_uri(), wait_until="load")
-    return opened
 
 
 def check(opened: Opened) -> None:
@@ -64,31 +49,23 @@ def check_print(opened: Opened) -> None:
 
 def main(site: Path, folder: Path, names: list[str]) -> int:
     """Open the pages; 1 where something is wrong."""
-    from playwright.sync_api import sync_playwright
-
     folder.mkdir(parents=True, exist_ok=True)
-    browser_path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("google-chrome")
     files = [site / name for name in names] or sorted(path for path in site.rglob("*.html") if path.name != "404.html")
-    failed = 0
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=browser_path, args=list(FLAGS))
-        for size, (width, height) in SIZES.items():
-            for scheme in SCHEMES:
-                context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
-                for file in files:
-                    opened = opened_page(context, site, file)
-                    check(opened)
-                    if file.name == "index.html":
-                        check_search(opened)
-                    if file.name == "cheat_sheet.html":
-                        check_print(opened)
-                    opened.page.screenshot(path=folder / f"{opened.name.replace('/', '_')}.{size}.{scheme}.png")
-                    if opened.wrong:
-                        print(opened.name, size, scheme, *opened.wrong, sep="; ")
-                    failed += len(opened.wrong)
-                    opened.page.close()
-                context.close()
-        browser.close()
+    failed, own = 0, (site.as_uri(), "data:", "blob:", "about:")
+    with chromium() as browser:
+        for size, scheme, context in windows(browser):
+            for file in files:
+                opened = listened(str(file.relative_to(site)), context.new_page(), file, own)
+                check(opened)
+                if file.name == "index.html":
+                    check_search(opened)
+                if file.name == "cheat_sheet.html":
+                    check_print(opened)
+                opened.page.screenshot(path=folder / f"{opened.name.replace('/', '_')}.{size}.{scheme}.png")
+                if opened.wrong:
+                    print(opened.name, size, scheme, *opened.wrong, sep="; ")
+                failed += len(opened.wrong)
+                opened.page.close()
     print(f"{len(files)} pages, {len(SIZES) * len(SCHEMES)} windows, {failed} faults")
     return int(failed > 0)
 

@@ -26,6 +26,11 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]
     Console(highlight=False, width=None if sys.stdout.isatty() else 180).print(table)
 
 
+def met(is_met: bool) -> str:
+    """Whether a goal is met, in words."""
+    return "met" if is_met else "NOT MET"
+
+
 def save_json(file: Path, figures: Any) -> None:
     file.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
 

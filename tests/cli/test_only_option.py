@@ -6,28 +6,17 @@ import json
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
 
-from symoro_elastic.cli import cli
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import generate
 from symoro_elastic.machine.scene import Scene
+from tests.command_line import refused, run
 from tests.generated_code import imported
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TWO_AXIS, TWO_R = EXAMPLES / "two_axis.toml", EXAMPLES / "planar_2r.toml"
 POINT = "elbow at (l2, 0, -l1/2) in base"
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
-
-
-def refused(*arguments: object) -> str:
-    with pytest.raises(InputError) as error:
-        run(*arguments)
-    return str(error.value)
 
 
 def scene(folder: Path, text: str) -> Path:

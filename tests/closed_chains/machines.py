@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -31,6 +32,11 @@ class Situation:
 @cache
 def machine(name: str) -> Machine:
     return read_machine(FILES[name])[0]
+
+
+def in_order(entries: Sequence[Any], names: Sequence[str], order: Sequence[str]) -> list[Any]:
+    """Entries by name, in another order."""
+    return [dict(zip(names, entries, strict=True))[name] for name in order]
 
 
 @cache

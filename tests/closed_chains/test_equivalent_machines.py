@@ -12,7 +12,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.loops.plan import plan_of
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
-from tests.closed_chains.machines import Situation, machine, reordered, situations
+from tests.closed_chains.machines import Situation, in_order, machine, reordered, situations
 from tests.closed_chains.test_references import worst
 from tests.references.closed_chains import Chain, State
 from tests.references.constraint_multipliers import Multipliers, free_tree
@@ -32,13 +32,10 @@ def motion(described: Machine, like: Machine, situation: Situation) -> dict[str,
     """Accelerations by variable, with u, ud and tau in the order of another table of the machine."""
     chain, known = Chain(described), Chain(like)
 
-    def moved(entries: Any, names: list[str], order: list[str]) -> list[Any]:
-        return [dict(zip(names, entries, strict=True))[name] for name in order]
-
-    u, ud = (moved(part, known.independent, chain.independent) for part in (situation.state.u, situation.state.ud))
+    u, ud = (in_order(part, known.independent, chain.independent) for part in (situation.state.u, situation.state.ud))
     found = Multipliers(described, State(u, ud, situation.state.guess))
-    direct = found.direct(moved(situation.tau, known.motors, chain.motors))
-    tau, inverse = found.inverse(moved(situation.qdd_motor, known.motors, chain.motors))
+    direct = found.direct(in_order(situation.tau, known.motors, chain.motors))
+    tau, inverse = found.inverse(in_order(situation.qdd_motor, known.motors, chain.motors))
     results = {f"direct {name}": value for name, value in zip(chain.own, direct, strict=True)}
     results |= {f"inverse {name}": value for name, value in zip(chain.own, inverse, strict=True)}
     return results | {f"tau {name}": value for name, value in zip(chain.motors, tau, strict=True)}

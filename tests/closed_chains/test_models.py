@@ -21,7 +21,7 @@ from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import import_package
-from tests.closed_chains.machines import FILES, WITH_RESULTS, data, machine, reordered, situations
+from tests.closed_chains.machines import FILES, WITH_RESULTS, data, in_order, machine, reordered, situations
 from tests.references import multiprecision
 from tests.references.closed_chains import DIGITS, Array, Chain, State, nearest_double
 from tests.references.constraint_multipliers import Multipliers
@@ -189,22 +189,18 @@ def test_rows_in_another_order(name: str, model: str) -> None:
     at = reference(name, 0).at
     given = {
         "q": [float(at[variable]) for variable in chain.independent],
-        "qd": _moved(situation.state.ud, known.independent, chain.independent),
+        "qd": in_order(situation.state.ud, known.independent, chain.independent),
         "q_dep": [float(at[variable]) for variable in chain.dependent],
-        "tau": _moved(situation.tau, known.motors, chain.motors),
-        "qdd_motor": _moved(situation.qdd_motor, known.motors, chain.motors),
+        "tau": in_order(situation.tau, known.motors, chain.motors),
+        "qdd_motor": in_order(situation.qdd_motor, known.motors, chain.motors),
     }
     function = getattr(module, model)
     found = function(**{key: given[key] for key in inspect.signature(function).parameters if key in given})
     if model == "inverse_dynamics":
         tau, found = found
-        assert_near(name, _moved(tau, chain.motors, known.motors), computed(name, 0, model)["tau"])
+        assert_near(name, in_order(tau, chain.motors, known.motors), computed(name, 0, model)["tau"])
     wanted = computed(name, 0, model)["qdd"]
-    assert_near(name, _moved(found, chain.independent, known.independent), wanted)
-
-
-def _moved(entries: Any, names: list[str], order: list[str]) -> list[float]:
-    return [dict(zip(names, entries, strict=True))[name] for name in order]
+    assert_near(name, in_order(found, chain.independent, known.independent), wanted)
 
 
 def test_the_sr400_stays_on_its_branch() -> None:

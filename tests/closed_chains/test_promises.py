@@ -21,7 +21,7 @@ from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import Level, reachable
 from symoro_elastic.symbolic.program import Section, count
-from tests.closed_chains.machines import FILES, machine, situations
+from tests.closed_chains.machines import FILES, in_order, machine, situations
 from tests.closed_chains.test_models import assert_near, computed, package_of, reference
 from tests.counted_calls import calls_of
 from tests.references.closed_chains import Chain
@@ -124,10 +124,10 @@ def test_programs_of_two_tables_of_one_machine(one: str, other: str, model: str)
         chain, known = reference(other, k).chain, reference(one, k).chain
         situation = situations(one)[k]
         more = {
-            "q": moved(situation.state.u, known.independent, chain.independent),
-            "qd": moved(situation.state.ud, known.independent, chain.independent),
-            "tau": moved(situation.tau, known.motors, chain.motors),
-            "qdd_motor": moved(situation.qdd_motor, known.motors, chain.motors),
+            "q": in_order(situation.state.u, known.independent, chain.independent),
+            "qd": in_order(situation.state.ud, known.independent, chain.independent),
+            "tau": in_order(situation.tau, known.motors, chain.motors),
+            "qdd_motor": in_order(situation.qdd_motor, known.motors, chain.motors),
         }
         found = by_variable(other, k, computed(other, k, model, **more))
         assert found.keys() == wanted.keys()
@@ -144,10 +144,6 @@ def by_variable(name: str, k: int, results: Mapping[str, Any]) -> dict[tuple[str
         for result, entries in results.items()
         for variable, x in zip(names[result], entries, strict=True)
     }
-
-
-def moved(entries: Any, names: list[str], order: list[str]) -> list[float]:
-    return [dict(zip(names, entries, strict=True))[name] for name in order]
 
 
 @pytest.mark.parametrize(

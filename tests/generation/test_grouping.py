@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
-from symoro_elastic.cli import cli
 from symoro_elastic.formats import read_machine, write_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
@@ -25,6 +23,7 @@ from symoro_elastic.mechanics.base_parameters import GroupingRule
 from symoro_elastic.models.base_parameters import ZeroPosition
 from symoro_elastic.numerics.grouping import NOTE, base_formulas, base_machine, checked_grouping
 from symoro_elastic.numerics.values import parameter_values
+from tests.command_line import run
 from tests.references.multiprecision import generalized_forces
 from tests.references.random_machines import chain, random_machine, random_state, two_children
 
@@ -156,10 +155,6 @@ def test_where_numbers_see_less_than_the_rules_torques_decide() -> None:
     fewer, warnings = base_machine(nearly_parallel("1e-15"))
     assert "the QR grouping is used" in warnings[0]
     assert [j.body for j in fewer.joints] != [j.body for j in kept.joints]
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def test_commands_follow(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -11,16 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
-import mpmath
 import numpy as np
 from mpmath import mp, mpf
 
 from symoro_elastic.machine.columns import cells
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Closing, Joint, Kind, Loop, Machine
+from tests.references.digits import with_digits
 from tests.references.elimination import identity, independent_rows, least_squares, solve, zeros
 from tests.references.numbers_of_machine import (
     Arithmetic,
@@ -40,19 +39,7 @@ CLOSED = mpf(10) ** -60
 Array = np.ndarray[Any, Any]
 Variables = Mapping[str, Any]
 Number = Callable[[Any], Any]
-P = ParamSpec("P")
-T = TypeVar("T")
-
-
-def in_many_digits(function: Callable[P, T]) -> Callable[P, T]:
-    """The function, computing in `DIGITS` digits."""
-
-    @wraps(function)
-    def with_digits(*arguments: P.args, **named: P.kwargs) -> T:
-        with mpmath.workdps(DIGITS):
-            return function(*arguments, **named)
-
-    return with_digits
+in_many_digits = with_digits(DIGITS)
 
 
 def exact(value: Any) -> Any:

@@ -14,11 +14,10 @@ lists of mpf. The base moves as the file says: at the instant considered, world 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import wraps
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -26,6 +25,7 @@ from mpmath import mp, mpf
 
 from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.models.once import once_for_each_machine
+from tests.references.digits import with_digits
 from tests.references.elimination import identity, solve, zeros
 from tests.references.numbers_of_machine import (
     Arithmetic,
@@ -41,21 +41,11 @@ from tests.references.numbers_of_machine import (
 DIGITS = 50
 
 Numbers = Sequence[Any]
-P = ParamSpec("P")
-T = TypeVar("T")
+in_many_digits = with_digits(DIGITS)
 
 
 def _number(value: Any) -> Any:
     return mpf(value.numerator) / value.denominator if isinstance(value, Fraction) else mpf(value)
-
-
-def _in_many_digits(function: Callable[P, T]) -> Callable[P, T]:
-    @wraps(function)
-    def with_digits(*arguments: P.args, **named: P.kwargs) -> T:
-        with mpmath.workdps(DIGITS):
-            return function(*arguments, **named)
-
-    return with_digits
 
 
 def _read(machine: Machine, values: Values | None) -> MachineNumbers:
@@ -75,21 +65,21 @@ def _numbers(machine: Machine, values: Values | None) -> MachineNumbers:
 # Models
 
 
-@_in_many_digits
+@in_many_digits
 def geometric_model(machine: Machine, q: Numbers, values: Values | None = None) -> list[list[list[Any]]]:
     """0Tj [1] of every frame in table order, fixed ones too: 4x4."""
     numbers = _read(machine, values)
     return [_list(frame.transform) for frame in _frames(numbers, q, derivatives=0)]
 
 
-@_in_many_digits
+@in_many_digits
 def velocities(machine: Machine, q: Numbers, qd: Numbers, values: Values | None = None) -> list[list[Any]]:
     """V_j = [v ; w] of every frame, linear first, in frame j."""
     frames = _frames(_read(machine, values), q, qd, derivatives=1)
     return [[*(f.rotation.T @ f.v), *(f.rotation.T @ f.w)] for f in frames]
 
 
-@_in_many_digits
+@in_many_digits
 def accelerations(
     machine: Machine, q: Numbers, qd: Numbers, qdd: Numbers, values: Values | None = None
 ) -> list[list[Any]]:
@@ -97,14 +87,14 @@ def accelerations(
     return [[*(f.rotation.T @ f.a), *(f.rotation.T @ f.wd)] for f in _frames(_read(machine, values), q, qd, qdd)]
 
 
-@_in_many_digits
+@in_many_digits
 def inertia_matrix(machine: Machine, q: Numbers, values: Values | None = None) -> list[list[Any]]:
     """A(q) of [8], rotor inertias on the diagonal: n x n."""
     numbers = _read(machine, values)
     return _list(_inertia_matrix(numbers, _frames(numbers, q, derivatives=0)))
 
 
-@_in_many_digits
+@in_many_digits
 def generalized_forces(
     machine: Machine, q: Numbers, qd: Numbers, qdd: Numbers, values: Values | None = None
 ) -> list[Any]:
@@ -112,13 +102,13 @@ def generalized_forces(
     return _list(_generalized_forces(_read(machine, values), q, qd, qdd))
 
 
-@_in_many_digits
+@in_many_digits
 def bias_forces(machine: Machine, q: Numbers, qd: Numbers, values: Values | None = None) -> list[Any]:
     """H(q, qd) of [8]: centrifugal, Coriolis, gravity, base motion, friction, external wrenches; no springs."""
     return _list(_generalized_forces(_read(machine, values), q, qd))
 
 
-@_in_many_digits
+@in_many_digits
 def direct_dynamics(machine: Machine, q: Numbers, qd: Numbers, tau: Numbers, values: Values | None = None) -> list[Any]:
     """qdd, n entries, from A qdd = Gamma - H with the motors' tau, the springs' forces, and 0 at passive joints."""
     numbers = _read(machine, values)
@@ -129,7 +119,7 @@ def direct_dynamics(machine: Machine, q: Numbers, qd: Numbers, tau: Numbers, val
     return _list(solve(inertia, forces - _generalized_forces(numbers, q, qd)))
 
 
-@_in_many_digits
+@in_many_digits
 def inverse_dynamics(
     machine: Machine, q: Numbers, qd: Numbers, qdd_motor: Numbers, values: Values | None = None
 ) -> tuple[list[Any], list[Any]]:
@@ -144,7 +134,7 @@ def inverse_dynamics(
     return _list((inertia @ qdd + bias)[rigid]), _list(qdd)
 
 
-@_in_many_digits
+@in_many_digits
 def reaction_wrenches(
     machine: Machine, q: Numbers, qd: Numbers, qdd: Numbers, values: Values | None = None
 ) -> list[list[Any]]:

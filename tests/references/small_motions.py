@@ -15,7 +15,7 @@ import numpy as np
 from mpmath import mpf
 
 from symoro_elastic.machine.machine import Machine
-from tests.references.multiprecision import _in_many_digits, _joint_forces, _read, generalized_forces, inertia_matrix
+from tests.references.multiprecision import _joint_forces, _read, generalized_forces, in_many_digits, inertia_matrix
 from tests.references.numbers_of_machine import Values
 
 STEP = mpf(10) ** -16
@@ -23,14 +23,14 @@ STEP = mpf(10) ** -16
 Numbers = Sequence[Any]
 
 
-@_in_many_digits
+@in_many_digits
 def forces(machine: Machine, q: Numbers, qd: Numbers, qdd: Numbers, values: Values | None = None) -> list[Any]:
     """r, n entries."""
     springs = _joint_forces(_read(machine, values), q, qd)
     return [a - b for a, b in zip(generalized_forces(machine, q, qd, qdd, values), springs, strict=True)]
 
 
-@_in_many_digits
+@in_many_digits
 def differences(function: Callable[[list[Any]], list[Any]], at: Numbers, size: str | None = None) -> list[list[Any]]:
     """Central differences of a function of several numbers: entry [row][column]."""
     columns, step = [], mpf(size) if size else STEP
@@ -42,7 +42,7 @@ def differences(function: Callable[[list[Any]], list[Any]], at: Numbers, size: s
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-@_in_many_digits
+@in_many_digits
 def equilibrium(machine: Machine, q: Numbers, sought: Sequence[int], values: Values | None = None) -> list[Any]:
     """q at which r of the sought coordinates is zero at rest, by Newton from q."""
     place, rest = [mpf(x) for x in q], [0] * len(q)
@@ -58,7 +58,7 @@ def equilibrium(machine: Machine, q: Numbers, sought: Sequence[int], values: Val
     return place
 
 
-@_in_many_digits
+@in_many_digits
 def frequencies(machine: Machine, q: Numbers, kept: Sequence[int], values: Values | None = None) -> list[Any]:
     """Natural frequencies of the coordinates that are kept, Hz, ascending."""
     rest = [0] * len(q)

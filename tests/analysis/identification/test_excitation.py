@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
 pytest.importorskip("scipy")
 
@@ -19,7 +18,6 @@ from symoro_elastic.analysis.identification.excitation import Limits, Response, 
 from symoro_elastic.analysis.identification.regression import regressor
 from symoro_elastic.analysis.identification.trajectory import limits_of, trajectory
 from symoro_elastic.analysis.identification.views import neutral_positions
-from symoro_elastic.cli import cli
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import generate
@@ -27,6 +25,7 @@ from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import numpy_model
+from tests.command_line import run
 from tests.generated_code import imported
 from tests.references.random_machines import chain
 
@@ -34,10 +33,6 @@ TWO_R = Path(__file__).parents[3] / "examples" / "planar_2r.toml"
 LIMITS = Limits.of([-1.5, -0.2], [1.0, 2.0], [3, 1], [15, 25])
 BOUNDS = ("--position", "-1.5:1.2", "--velocity", 3, "--acceleration", 20, "--acceleration", "elbow=25")
 QUICK = (*BOUNDS, "--fundamental", 0.5, "--harmonics", 3, "--sample-rate", 200)
-
-
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(cli, [str(argument) for argument in arguments], catch_exceptions=False)
 
 
 def refused(*arguments: object) -> str:
