@@ -108,7 +108,9 @@ def _argument(name: str, value: Any, annotations: Mapping[str, str]) -> Any:
     if (expected.startswith("Sequence[str]") and value is not None) or name == "models":
         return _names(name, value)
     if expected.startswith("OperatingPoint") and not (value is None or isinstance(value, OperatingPoint)):
-        raise InputError(PACKAGE, name, f"{type(value).__name__} is no operating point: give other arguments by name")
+        raise InputError(
+            PACKAGE, name, f"{type(value).__name__} is not an operating point: give other arguments by name"
+        )
     if expected.startswith(("Values", "Mapping[str, float]")) and not _is_number(value, expected):
         _refuse_no_mapping(name, value)
     _refuse_other(name, value, expected)

@@ -78,7 +78,7 @@ class LoadedModel(Shown):
         """Return machine, scene and backend: another process traces and compiles the models anew."""
         machine, scene, backend = self._request
         if not isinstance(backend, str | ModuleType):
-            raise TypeError(f"{backend!r} is no module: models on it cannot be pickled")
+            raise TypeError(f"{backend!r} is not a module: models on it cannot be pickled")
         return _loaded, (machine, scene, backend if isinstance(backend, str) else _Library(backend.__name__))
 
     @property

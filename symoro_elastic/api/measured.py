@@ -196,7 +196,7 @@ def update(machine: MachineLike, options: Updating) -> Updated:
         given = read_tests(given, of_file)
     whole = given if isinstance(given, VibrationTests) else VibrationTests(tuple(given))
     if other := [one for one in whole.tests if not isinstance(one, VibrationTest)]:
-        raise InputError("symoro-elastic", "--tests", f"{other[0]!r} is no vibration test: give a file, or tests")
+        raise InputError("symoro-elastic", "--tests", f"{other[0]!r} is not a vibration test: give a file, or tests")
     among(tuple(options.predict), tuple(test.name for test in whole.tests), "--predict")
     tests = [replace(test, validate=test.validate or test.name in options.predict) for test in whole.tests]
     settings = Settings(

@@ -105,11 +105,11 @@ class Identifying(Options, kw_only=False):
     robust: bool = switch("Leave out averages that stand out (contacts, collisions), and name them.")
     temperatures: bool = switch("Records have friction of their own, as at other temperatures; saved is the first's.")
     possible: bool = switch(
-        "Seek only bodies, friction and springs that are possible; the machine's file decides what data do not tell."
+        "Seek only possible bodies, friction and springs; the machine's file decides what the data do not determine."
     )
     trust: float | None = option(
         None, "SHARE", "How far values of the file may be from the truth, with --possible: 0.3 is 30 % (default: data "
-        "alone decide what they tell).", kinds.NUMBER, above=0,
+        "alone decide what they determine).", kinds.NUMBER, above=0,
     )  # fmt: skip
     preparation: Preparation | None = argument(None, "`gains`, `resample`, `after` and `before` as one object.")
     validate: Record | None = option(None, "FILE", "Record whose torques are predicted, too.", kinds.INPUT_FILE)
@@ -128,8 +128,8 @@ class Updating(Options, kw_only=False):
         "viscous friction).", kinds.TEXTS,
     )  # fmt: skip
     factor: float = option(
-        2.0, "X", "Factor within which values of the file are right: the prior of what no test tells.", kinds.NUMBER,
-        above=1,
+        2.0, "X", "Factor within which values of the file are right: the prior of what no test determines.",
+        kinds.NUMBER, above=1,
     )  # fmt: skip
     mass_doubt: float = option(
         0.0, "X", "Relative standard deviation of masses and inertias, which are fitted within it: 0.05 is 5 %.",

@@ -56,7 +56,7 @@ def find_compiler() -> tuple[str, ...]:
         try:
             command = words(asked)
         except ValueError:
-            raise CompilerMissing(f"CC is {asked!r}, with an unmatched quotation mark: mend it, or unset it") from None
+            raise CompilerMissing(f"CC is {asked!r}, with an unmatched quotation mark: close it, or unset CC") from None
         if shutil.which(command[0]) is None:
             raise CompilerMissing(f"CC is {asked!r}, and there is no such program: set CC to a C compiler, or unset it")
         return command

@@ -28,7 +28,7 @@ def _again(kind: type[InputError], text: str, attributes: Mapping[str, Any]) -> 
 
 @contextmanager
 def placed(places: Mapping[str, str]) -> Iterator[None]:
-    """Within it, errors whose place begins with a key of `places` name what was typed in its stead."""
+    """Within it, errors whose place begins with a key of `places` name what was typed in its place."""
     try:
         yield
     except InputError as error:
@@ -36,6 +36,12 @@ def placed(places: Mapping[str, str]) -> Iterator[None]:
             if error.place == place or error.place.startswith(f"{place}, "):
                 raise InputError(error.file, typed + error.place[len(place) :], error.what) from None
         raise
+
+
+def some_of(names: Sequence[str], most: int = 10) -> str:
+    """Return the first names of a list in words, and how many more there are."""
+    rest = len(names) - most
+    return ", ".join(names[:most]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def among(names: Sequence[str], known: Sequence[str] | Mapping[str, Any], option: str) -> tuple[str, ...]:

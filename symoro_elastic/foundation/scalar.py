@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import Protocol, TypeAlias
 
@@ -22,6 +23,14 @@ class Element(Protocol):
 
 Scalar: TypeAlias = int | float | Fraction | Element
 """An element of any field; the exact integers 0 and 1 stand for structure."""
+
+
+def sum_of(terms: Iterable[Scalar]) -> Scalar:
+    """Return the sum of terms, from the first to the last; `sum` adds floats otherwise from Python 3.12 on."""
+    total: Scalar = 0
+    for term in terms:
+        total = total + term
+    return total
 
 
 def quotient(x: Scalar, y: Scalar) -> Scalar:

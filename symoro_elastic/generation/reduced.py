@@ -429,7 +429,7 @@ def models_in_fixed_point(
 
 
 def fixed_totals(found: Sequence[ReducedModel]) -> dict[str, Total]:
-    """What is said of functions in fixed point that have terms left out."""
+    """Remarks on functions in fixed point that have terms left out."""
     return {one.model: (one.certificates[0], said(one)) for one in found}
 
 

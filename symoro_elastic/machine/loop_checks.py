@@ -166,7 +166,7 @@ def _without_value(machine: Machine, formula: Formula, values: Mapping[str, floa
     for name in sorted(formula.names - parameters):
         return f"{name!r} is not declared{did_you_mean(name, parameters)}"
     missing = ", ".join(sorted(formula.names - values.keys()))
-    return f"{missing} has no value, but numbers tell the branch: give it one, or write a number"
+    return f"{missing} has no value, but numbers select the branch: give it one, or write a number"
 
 
 def loop_warnings(machine: DescribedMachine) -> list[str]:

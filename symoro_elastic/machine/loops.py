@@ -22,7 +22,7 @@ class Loop:
 
     Both are numbers of rows, from 1. With `closes` POINT only their origins meet: a ball joint. `dependent` are the
     joints, by name, whose variables follow from the others of the loop; where it is empty these are its passive
-    joints. `start` is one rough position of the loop by joint variable, rad or m: it tells the branch.
+    joints. `start` is one rough position of the loop by joint variable, rad or m: it selects the branch.
     """
 
     name: str

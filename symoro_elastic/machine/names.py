@@ -7,6 +7,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from types import MappingProxyType
 
+from symoro_elastic.foundation.errors import some_of
 from symoro_elastic.quantities import is_intermediate, words
 
 MAX_NAME = 63
@@ -101,8 +102,7 @@ def quote(text: object) -> str:
 
 def list_of_names(names: Iterable[object]) -> str:
     """Names for a one-line message, quoted: the first ten, and how many more there are."""
-    every = [quote(name) for name in names]
-    return ", ".join(every[:10]) + (f" and {len(every) - 10} more" if len(every) > 10 else "")
+    return some_of([quote(name) for name in names])
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import count
 
+from symoro_elastic.foundation.errors import some_of
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.loops import Loop
 from symoro_elastic.machine.names import (
@@ -60,9 +61,8 @@ def _candidates(name: str, taken: Reasons) -> Iterator[str]:
 
 def _remarks(changed: list[tuple[str, str]]) -> Iterator[str]:
     if changed:
-        pairs = ", ".join(f"{quote(old)} is {new}" for old, new in changed[:10])
-        more = f" and {len(changed) - 10} more" if len(changed) > 10 else ""
-        yield f"names that generated code cannot take are changed: {pairs}{more}"
+        pairs = some_of([f"{quote(old)} is {new}" for old, new in changed])
+        yield f"names that generated code cannot take are changed: {pairs}"
 
 
 def _loop(loop: Loop, number: int, names: dict[str, str], taken: Reasons) -> Loop:

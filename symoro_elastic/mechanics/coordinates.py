@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TypeAlias
 
+from symoro_elastic.foundation.scalar import sum_of
 from symoro_elastic.mechanics.spatial import Scalar, is_zero
 
 Row: TypeAlias = Mapping[int, Scalar]
@@ -40,10 +41,7 @@ def joint_accelerations(S: Rows, udd: Mapping[int, Scalar], gam: Mapping[int, Sc
 
 def product(row: Row, column: Mapping[int, Scalar]) -> Scalar:
     """Row times column."""
-    total: Scalar = 0
-    for k, x in row.items():
-        total = total + x * column.get(k, 0)
-    return total
+    return sum_of(x * column.get(k, 0) for k, x in row.items())
 
 
 def projection(S: Rows, Gamma: Mapping[int, Scalar]) -> dict[int, Scalar]:
@@ -58,11 +56,8 @@ def congruence(S: Rows, A: Mapping[int, Mapping[int, Scalar]], columns: Iterable
     SAS: dict[int, dict[int, Scalar]] = {k: {} for k in columns}
     for m, k in enumerate(columns):
         for other in columns[: m + 1]:
-            total: Scalar = 0
-            for i, row in S.items():
-                if k in row and other in AS[i]:
-                    total = total + row[k] * AS[i][other]
-            SAS[k][other] = SAS[other][k] = total
+            both = [i for i, row in S.items() if k in row and other in AS[i]]
+            SAS[k][other] = SAS[other][k] = sum_of(S[i][k] * AS[i][other] for i in both)
     return SAS
 
 

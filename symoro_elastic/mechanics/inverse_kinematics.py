@@ -13,6 +13,7 @@ from functools import cache
 from itertools import combinations
 from typing import NamedTuple, TypeAlias
 
+from symoro_elastic.foundation.scalar import sum_of
 from symoro_elastic.mechanics.spatial import Scalar, is_zero
 
 Rows: TypeAlias = Sequence[Sequence[Scalar]]
@@ -114,7 +115,7 @@ def solve_square(matrix: Rows, V: Sequence[Scalar]) -> list[Scalar]:
         rest = [V[k] - _product(matrix[k], x) for k in rows]
         reciprocal = 1 / determinant(block)
         for j, row in zip(columns, adjugate(block), strict=True):
-            x[j] = _sum(a * b for a, b in zip(row, rest, strict=True) if not is_zero(a)) * reciprocal
+            x[j] = sum_of(a * b for a, b in zip(row, rest, strict=True) if not is_zero(a)) * reciprocal
     return [x[j] for j in range(len(V))]
 
 
@@ -145,20 +146,13 @@ def _solve_positive(lower: Rows, V: Sequence[Scalar]) -> list[Scalar]:
         y.append(V[k] - _dot(L[k], y))
     x: list[Scalar] = [0] * size
     for k in reversed(range(size)):
-        x[k] = y[k] * pivots[k] - _sum(L[i][k] * x[i] for i in range(k + 1, size))
+        x[k] = y[k] * pivots[k] - sum_of(L[i][k] * x[i] for i in range(k + 1, size))
     return x
 
 
 def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
-    return _sum(x * y for x, y in zip(a, b, strict=True) if not (is_zero(x) or is_zero(y)))
+    return sum_of(x * y for x, y in zip(a, b, strict=True) if not (is_zero(x) or is_zero(y)))
 
 
 def _product(row: Sequence[Scalar], x: dict[int, Scalar]) -> Scalar:
-    return _sum(row[j] * value for j, value in x.items() if not is_zero(row[j]))
-
-
-def _sum(terms: Iterator[Scalar]) -> Scalar:
-    total: Scalar = 0
-    for term in terms:
-        total = total + term
-    return total
+    return sum_of(row[j] * value for j, value in x.items() if not is_zero(row[j]))

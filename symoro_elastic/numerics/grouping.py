@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from symoro_elastic.foundation.errors import some_of
 from symoro_elastic.machine.checks import place_of
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.described import DescribedMachine
@@ -107,7 +108,7 @@ def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[G
     geometry = ZeroPosition(machine).geometry
     missing = [p.name for p in machine.parameters if p.name in geometry and p.value is None]
     if missing:
-        what = f"the QR grouping holds for one geometry only: give values to {_some(missing)}"
+        what = f"the QR grouping holds for one geometry only: give values to {some_of(missing, MOST_NAMED)}"
         usable = machine.is_coupled and check.torques_stay
         what += UNTIL_THEN if usable else ""
         return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=not usable)
@@ -120,7 +121,7 @@ def _by_numbers(machine: Machine, rules: Grouping, check: CrossCheck) -> tuple[G
         what += ", so the grouping by the rules is used" if check.torques_stay else ", write or generate without --base"
         return rules, replace(check, doubt=f"{check.doubt}; {what}", refused=not check.torques_stay)
     what = "the QR grouping is used, which holds for this geometry only"
-    what += f" ({_some(geometry)} became constants)" if geometry else ""
+    what += f" ({some_of(geometry, MOST_NAMED)} became constants)" if geometry else ""
     found = replace(found, geometry=tuple(geometry))
     return found, replace(tried, doubt=f"{check.doubt}; {what}; it differs in {_differences(machine, rules, found)}")
 
@@ -131,7 +132,9 @@ def _differences(machine: Machine, rules: Grouping, found: Grouping) -> str:
     by_joint: dict[int, list[str]] = {}
     for j, entry in labels:
         by_joint.setdefault(j, []).append(entry)
-    return _some([f"{place_of(j, machine.joint(j))} {' '.join(entries)}" for j, entries in by_joint.items()])
+    return some_of(
+        [f"{place_of(j, machine.joint(j))} {' '.join(entries)}" for j, entries in by_joint.items()], MOST_NAMED
+    )
 
 
 def _other_sums(one: Mapping[Label, float], other: Mapping[Label, float]) -> list[Label]:
@@ -143,9 +146,3 @@ def _other_sums(one: Mapping[Label, float], other: Mapping[Label, float]) -> lis
 def _values(machine: Machine, grouping: Grouping) -> dict[Label, float]:
     values = grouping.values(parameter_values(machine))
     return {(p.joint, p.entry): values[p.name] for p in grouping.parameters if p.name in values}
-
-
-def _some(names: list[str]) -> str:
-    """The first names of a list, and how many more there are."""
-    rest = len(names) - MOST_NAMED
-    return ", ".join(names[:MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")

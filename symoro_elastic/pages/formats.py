@@ -132,8 +132,8 @@ In Python: `machine.limits.joints["motor_x"].position.low`, `machine.limits.para
 
 Cut one joint of each loop: its row, `kind = "cut"`, ends one branch and carries no body. A fixed frame ends the other;
 where the loop is closed, both coincide. `[loops]` names both rows. The variables of `dependent` joints follow from the
-others; `start` is one rough position, which tells the branch. A ball joint is `closes = "point"` with sigma = 2 for the
-row of kind cut, a weld sigma = 2 alone.
+others; `start` is one rough position, which selects the branch. A ball joint is `closes = "point"` with sigma = 2 for
+the row of kind cut, a weld sigma = 2 alone.
 
 ```toml
 joints = [

@@ -1,5 +1,5 @@
 "use strict";
-// Names beside their frames: none upon another, near, and where they were before as far as there is room.
+// Names beside their frames: none on another, near, and where they were before as far as there is room.
 
 const TEXT = { height: 15, gap: 4, font: "12px Helvetica, Arial, sans-serif" };
 const RINGS = [8, 16, 27, 42, 62, 88, 120], DIRECTIONS = 16, KEPT = 14, CROSSED = 22;

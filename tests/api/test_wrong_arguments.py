@@ -44,7 +44,7 @@ def test_what_may_be_meant() -> None:
         se.response(MACHINE, frequency=1.0)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match=r"^identify\(\) is called without records$"):
         se.identify(MACHINE)  # type: ignore[call-arg]
-    with pytest.raises(se.InputError, match="point: dict is no operating point: give other arguments by name"):
+    with pytest.raises(se.InputError, match="point: dict is not an operating point: give other arguments by name"):
         se.sweep(MACHINE, {"m2": [1, 2]})  # type: ignore[arg-type]
 
 

@@ -263,7 +263,7 @@ BAD = [
     ("q3 = 1.5", 'q3 = "1/0"', "loop ring, start, q3", "'1/0' has no value: it divides by zero"),
     (
         *("N1 = 100", "N1 = nan", "loop ring, start, qm"),
-        "N1 has no value, but numbers tell the branch: give it one, or write a number",
+        "N1 has no value, but numbers select the branch: give it one, or write a number",
     ),
     # antecedents
     (

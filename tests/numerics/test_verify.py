@@ -279,7 +279,7 @@ def test_a_missing_compiler_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     assert all(model.c is None and model.numpy.ok for model in found.models)
     for open_quotation in ('"gcc', "gcc 'x"):
         monkeypatch.setenv("CC", open_quotation)
-        with pytest.raises(CompilerMissing, match=r"CC is .*, with an unmatched quotation mark: mend it"):
+        with pytest.raises(CompilerMissing, match=r"CC is .*, with an unmatched quotation mark: close it"):
             find_compiler()
     monkeypatch.delenv("CC")
     monkeypatch.setenv("PATH", "")

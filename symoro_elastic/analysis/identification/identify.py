@@ -187,7 +187,7 @@ class _Stack:
         self._unsettled: list[str] = []
 
     def notes(self) -> list[str]:
-        """Return what is said of records, of filters, of columns and of encoders."""
+        """Return notes on records, filters, columns and encoders."""
         machine, columns, kept = self._equations.machine, self._equations.Y.columns, self._equations.kept
         of_columns = *_without_effect(self._equations.linear), *_zero_in_the_table(machine, [columns[c] for c in kept])
         first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]

@@ -1,4 +1,4 @@
-"""What is said of sensors: coarse encoders, offsets of torques and their delay."""
+"""Notes on sensors: coarse encoders, offsets of torques and their delay."""
 
 from __future__ import annotations
 

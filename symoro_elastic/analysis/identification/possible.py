@@ -222,7 +222,7 @@ class _Start:
         return {key: found[c] for key, c in self.places.items()}
 
     def notes(self) -> list[str]:
-        """Return what is said of the file."""
+        """Return remarks on the file."""
         changed = [self.machine.joint(j).name for j, (_, is_new) in zip(self.rows, self._bodies, strict=True) if is_new]
         columns = self.linear.columns
         guessed = [columns[c].label for c in self.scalars if not columns[c].value > 0]

@@ -13,6 +13,7 @@ from symoro_elastic.analysis.identification.trajectory import ExcitingTrajectory
 from symoro_elastic.analysis.identification.validation import Fit, own_fit
 from symoro_elastic.analysis.time_series import writing
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import some_of
 from symoro_elastic.foundation.results import (
     Field,
     Part,
@@ -206,8 +207,7 @@ def _torques(found: ExcitingTrajectory) -> list[str]:
     units = {joint.name: joint.force_unit for joint in found.machine.motor_joints}
     limited = [(x, x.torque, x.torque_limits) for x in found.motors if x.torque_limits]
     if limited and found.best.unknown:
-        labels = found.best.unknown
-        shown = ", ".join(labels[:3]) + (f" and {len(labels) - 3} more" if len(labels) > 3 else "")
+        shown = some_of(found.best.unknown, 3)
         return [f"limits of torques are not kept, for parameters have no value: {shown}"]
     each = [f"{x.name} {_range(tau)} of {_range(of)} {units[x.name]}" for x, tau, of in limited if tau and of]
     loads = ", ".join(f"{name} {_range(ends)}" for name, ends in found.payloads.items())

@@ -30,7 +30,7 @@ class Box:
             signals = outputs(machine, ranges)
         for (name, (low, high)), signal in zip(ranges.items(), signals, strict=True):
             if not isinstance(signal, FrameSignal) or signal.order or signal.component > 2 or not signal.number:
-                what = f"{name} is no position of a frame: name one of x, y, z, such as tool.x"
+                what = f"{name} is not a position of a frame: name one of x, y, z, such as tool.x"
                 raise InputError("symoro-elastic", PLACE, what)
             if not low < high:
                 raise InputError("symoro-elastic", PLACE, f"{name}: no room between {low:g} and {high:g}")

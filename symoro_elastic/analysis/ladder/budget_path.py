@@ -35,7 +35,7 @@ from symoro_elastic.machine.scene import Scene
 FILLED = 0.95
 """Of the tolerances that the path spends; the rest is for what the linear model does not tell."""
 FREE = 1e-6
-"""Of the tolerances: what adds less is told apart by what it saves alone."""
+"""Of the tolerances: what adds less is ranked by what it saves alone."""
 NEARLY = 0.25
 """Of the best gain: numbers that gain as much are left out at once."""
 Errors = Mapping[str, float]

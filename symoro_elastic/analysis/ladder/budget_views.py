@@ -8,11 +8,12 @@ from typing import Any
 from symoro_elastic.analysis.ladder.budget import Budget, MeasuredEnd, PathStep, Spent
 from symoro_elastic.analysis.simulation.periods import quantity
 from symoro_elastic.analysis.simulation.tolerances import unit_of
+from symoro_elastic.foundation.errors import some_of
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
 
 MOST_NAMED = 4
 SMALL = 1e-6
-"""Of the tolerance: errors that are not told apart."""
+"""Of the tolerance: errors that are not distinguished."""
 STANDS_ON = "errors are predicted by the linear model along the motion, none is proven; the last model is simulated"
 
 
@@ -36,7 +37,7 @@ def budget_table(found: Budget) -> Table:
         last = steps[-1]
         table.add_row(
             str(spent),
-            _some([name for step in steps for name in step.names]),
+            some_of([name for step in steps for name in step.names], MOST_NAMED),
             _small(sum(step.added[worst] for step in steps), tolerance, unit),
             str(last.word),
             f"{last.total[worst] / tolerance:.1%}",
@@ -86,18 +87,15 @@ def times_line(found: Budget) -> str:
 def _dropped(found: Budget) -> list[str]:
     """Return a line on steps of the path that were taken back."""
     names = [name for step in found.dropped for name in (step.names or (str(step.spent),))]
-    return [f"taken back, because the simulation was beyond the tolerance: {_some(names)}"] if names else []
+    return (
+        [f"taken back, because the simulation was beyond the tolerance: {some_of(names, MOST_NAMED)}"] if names else []
+    )
 
 
 def _small(error: float, tolerance: float, unit: str) -> str:
     """Return an error, or what it is below where it is a rounding."""
     least = SMALL * tolerance
     return quantity(error, unit) if error >= least else f"< {quantity(least, unit)}"
-
-
-def _some(names: list[str]) -> str:
-    rest = len(names) - MOST_NAMED
-    return ", ".join(names[:MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
 
 
 def _step_json(step: PathStep) -> dict[str, Any]:

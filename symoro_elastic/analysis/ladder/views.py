@@ -17,7 +17,7 @@ from symoro_elastic.machine.described import Wanted
 ARITHMETIC_SHARE = 0.05
 """Of a tolerance that arithmetic may take."""
 LEAST_SAVING = 1.05
-"""Operations of the whole machine with RK4 over those of a rung, from which they are told."""
+"""Operations of the whole machine with RK4 over those of a rung, from which they are reported."""
 EACH_SPRING = "each spring by itself, which does not show its cost together with others"
 
 declare(Steps, Field("method"), Field("steps"), Field("operations"))

@@ -156,7 +156,7 @@ def _of_text(text: str) -> Axis:
             raise ValueError(f"give {parts[0]} or {parts[0]}:COUNT")
         count = _count(parts[1]) if len(parts) == 2 else None
         if count == 1:
-            raise ValueError("one value is no range: give a COUNT from 2")
+            raise ValueError("one value is not a range: give a COUNT from 2")
         return OfMachine(parts[0], count)
     if len(parts) == 3:
         return Steps(_number(parts[0]), _number(parts[1]), _count(parts[2]), log)

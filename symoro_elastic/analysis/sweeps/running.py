@@ -30,7 +30,7 @@ Note = Callable[[str], None]
 BYTES = 60
 """Of a number in the journal and in a file of results together, with its name, at most."""
 SAID = 60.0
-"""Time of a sweep, s, from which on it is told ahead."""
+"""Time of a sweep, s, from which on it is announced."""
 PROMPT = 20.0
 """Time of the first point, s, up to which a second one tells how long the others take: the first traces the machine."""
 
@@ -179,7 +179,9 @@ def _read(path: Path, head: bytes, count: int) -> dict[int, Outcome]:
             done |= [_outcome(line, count)]
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
             if not is_forced():
-                what = f"line {number} is damaged: delete the line, and its point is computed again, or start anew with"
+                what = (
+                    f"line {number} is damaged: delete the line, and its point is computed again, or start again with"
+                )
                 raise InputError(str(path), PLACE, f"{what} --force") from None
             done, whole = {}, b""
             break
@@ -192,7 +194,7 @@ def _refuse(path: Path, content: bytes) -> None:
     if TITLE.encode("ascii") not in content[:100]:
         raise InputError(str(path), PLACE, "is not a journal of a sweep: move it away, or choose another name")
     if not is_forced():
-        what = "is of another sweep, or its machine or function has changed: remove it, or start anew with --force"
+        what = "is of another sweep, or its machine or function has changed: remove it, or start again with --force"
         raise InputError(str(path), PLACE, what)
 
 

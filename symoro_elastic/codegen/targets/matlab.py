@@ -26,6 +26,7 @@ from symoro_elastic.codegen.target import Target
 from symoro_elastic.codegen.targets.c import OWN, banner, render_c, sentences, source_text
 from symoro_elastic.codegen.templates import LINE, render
 from symoro_elastic.codegen.time_steps import blocks_carried, entries_of_state, rows_of_nodes
+from symoro_elastic.foundation.errors import some_of
 
 
 def render_matlab(package: Package) -> Files:
@@ -120,7 +121,7 @@ def _mex(package: Package) -> dict[str, Any]:
         "most_inputs": max(len(f.inputs) for f in functions),
         "most_results": max(len(f.results) for f in functions),
         "names": textwrap.wrap(", ".join(f.name for f in functions), LINE, drop_whitespace=False),
-        "missing": ", ".join(missing[:10]) + (f" and {len(missing) - 10} more" if len(missing) > 10 else ""),
+        "missing": some_of(missing),
         "parameters": package.parameters,
     }
 

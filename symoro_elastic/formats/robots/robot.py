@@ -121,7 +121,7 @@ class Connection:
     """Two links that are held together.
 
     `on_first` and `on_second` place the frames that coincide in the links' frames, as far as `holding` says. `start`
-    gives positions by joint at which they coincide, rad or m: they tell the branch.
+    gives positions by joint at which they coincide, rad or m: they select the branch.
     """
 
     name: str

@@ -8,10 +8,11 @@ under a known wrench comes last, by its articulated inertia.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+from symoro_elastic.foundation.scalar import sum_of
 from symoro_elastic.mechanics.base_body import DEGREES, solve_symmetric
 from symoro_elastic.mechanics.derivatives.torques import Entries
 from symoro_elastic.mechanics.dynamics import Dynamics
@@ -47,9 +48,9 @@ def solving_with_base(A: Entries, Js: ArticulatedInertia, joints: Sequence[int],
 
     def solved(right: Mapping[int, Scalar]) -> dict[int, Scalar]:
         held = solve({j: right[j] for j in joints})
-        left = [right[m] - _sum(A[m, j] * held[j] for j in joints) for m in DEGREES]
+        left = [right[m] - sum_of(A[m, j] * held[j] for j in joints) for m in DEGREES]
         base = dict(zip(DEGREES, solve_symmetric(rows, left).x, strict=True))
-        return base | {j: held[j] - _sum(pushed[m][j] * base[m] for m in DEGREES) for j in joints}
+        return base | {j: held[j] - sum_of(pushed[m][j] * base[m] for m in DEGREES) for j in joints}
 
     return solved
 
@@ -82,14 +83,7 @@ def changes_by_known(A: Entries, numbers: Sequence[int], free: Sequence[int], so
 
 def _moving(given: Entries, A: Entries, place: tuple[int, int], x: Mapping[int, Scalar]) -> Scalar:
     """Sum of an entry of `given` and of A x in its row."""
-    return _sum((given.get(place, 0), *(A.get((place[0], f), 0) * value for f, value in x.items())))
-
-
-def _sum(terms: Iterable[Scalar]) -> Scalar:
-    total: Scalar = 0
-    for x in terms:
-        total = total + x
-    return total
+    return sum_of((given.get(place, 0), *(A.get((place[0], f), 0) * value for f, value in x.items())))
 
 
 def inverse(joints: Sequence[int], solve: Solve) -> Entries:

@@ -75,7 +75,7 @@ def reach(f: Functions, movers: Sequence[Mover], between: Sequence[Pose], w: Vec
         first = error
     try:
         back = [pose.inverse() for pose in reversed(between)]
-        return [_reversed(s) for s in _with_three(f, movers[::-1], back, W, w)]
+        return [from_other_end(s) for s in _with_three(f, movers[::-1], back, W, w)]
     except NoClosedForm as second:
         raise _neither(movers, first, second) from None
 
@@ -91,7 +91,8 @@ def _neither(movers: Sequence[Mover], first: NoClosedForm, second: NoClosedForm)
     return NoClosedForm(numbers_of(movers), f"{reasons}: it takes an equation of degree four to place a point")
 
 
-def _reversed(solution: Solution) -> Solution:
+def from_other_end(solution: Solution) -> Solution:
+    """The values of the same joints, in the order of the chain from its other end."""
     return tuple(found.from_other_end() for found in reversed(solution))
 
 
@@ -253,7 +254,7 @@ def _with_two(f: Functions, pair: Sequence[Mover], C: Pose, w: Vector, G: Vector
         if is_along_z(f, w):
             raise _idle(second)
         for solution in _turn_and_shift(f, pair[::-1], C.inverse(), G, w):
-            yield _reversed(solution)
+            yield from_other_end(solution)
     else:
         v, g = C.rotation.T[2], G - C.point(w)
         if is_along_z(f, v):

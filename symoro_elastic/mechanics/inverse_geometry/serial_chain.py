@@ -22,6 +22,7 @@ from fractions import Fraction
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
+from symoro_elastic.foundation.scalar import sum_of
 from symoro_elastic.mechanics.coordinates import Rows, product
 from symoro_elastic.mechanics.inverse_geometry.decompositions import (
     NO_WRIST,
@@ -33,7 +34,7 @@ from symoro_elastic.mechanics.inverse_geometry.decompositions import (
     turns_then_shifts,
 )
 from symoro_elastic.mechanics.inverse_geometry.equation_types import Functions, NoClosedForm, Pose, only_where
-from symoro_elastic.mechanics.inverse_geometry.points import Solution, numbers_of
+from symoro_elastic.mechanics.inverse_geometry.points import Solution, from_other_end, numbers_of
 from symoro_elastic.mechanics.spatial import ZERO, Matrix, Scalar, Vector, cross, dot
 
 MISSED = Fraction(1, 2**34)
@@ -91,7 +92,7 @@ def solutions(f: Functions, chain: Chain, T: Pose) -> list[Solution]:
         for turned in (False, True):
             try:
                 if turned:
-                    return [_reversed(s) for s in attempt(f, chain.from_other_end(), T.inverse())]
+                    return [from_other_end(s) for s in attempt(f, chain.from_other_end(), T.inverse())]
                 return attempt(f, chain, T)
             except NoClosedForm as error:
                 reasons.append(error)
@@ -114,10 +115,6 @@ def _ways(chain: Chain) -> Iterator[Callable[[Functions, Chain, Pose], list[Solu
         yield turns_then_shifts
     if n > 4:
         yield parallel_axes
-
-
-def _reversed(solution: Solution) -> Solution:
-    return tuple(found.from_other_end() for found in reversed(solution))
 
 
 def _branch(f: Functions, solution: Solution) -> Branch:
@@ -183,7 +180,4 @@ def where_followed(f: Functions, on_circle: OnCircle, chain: Chain, branch: Bran
 
 
 def _squares(faults: Iterable[Scalar]) -> Scalar:
-    total: Scalar = 0
-    for x in faults:
-        total = total + x * x
-    return total
+    return sum_of(x * x for x in faults)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from symoro_elastic.foundation.scalar import sum_of
 from symoro_elastic.mechanics.loops.circuit import Circuit, Segment
 from symoro_elastic.mechanics.loops.planar import Complex
 from symoro_elastic.mechanics.spatial import Axis, Scalar, X, Z, is_zero
@@ -52,9 +53,7 @@ def parallelogram(
     if None in constants or len(known) != 1 or {*known, *single} != set(range(4)):
         return None
     (first,) = known
-    angle: Scalar = 0
-    for j, sense in corners[first].joints:
-        angle = angle + sense * angles[j]
+    angle = sum_of(sense * angles[j] for j, sense in corners[first].joints)
     turn = corners[first].turn
     solved: dict[int, Scalar] = {}
     for k in ((first + i) % 4 for i in (1, 2, 3)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from symoro_elastic.foundation.scalar import quotient
+from symoro_elastic.foundation.scalar import quotient, sum_of
 from symoro_elastic.mechanics.spatial import Scalar, is_zero
 
 Column: TypeAlias = list[Scalar]
@@ -74,10 +74,7 @@ def _zeros(n: int) -> Column:
 
 
 def _dot(u: Column, v: Column) -> Scalar:
-    total: Scalar = 0
-    for x, y in zip(u, v, strict=True):
-        total = total + x * y
-    return total
+    return sum_of(x * y for x, y in zip(u, v, strict=True))
 
 
 def _without(u: Column, factor: Scalar, v: Column) -> Column:

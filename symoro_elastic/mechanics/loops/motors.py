@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from symoro_elastic.foundation.scalar import sum_of
 from symoro_elastic.mechanics.coordinates import Row, product
 from symoro_elastic.mechanics.factorization import factorization, share_or_one, solution
 from symoro_elastic.mechanics.loops.linear import solve
@@ -56,13 +57,6 @@ def shared_torques(rows: Mapping[int, Row], kept: Sequence[int], tau: Vector, sh
     gram = [[product(rows[m], rows[n]) for m in kept] for n in kept]
     mixing = solve(gram, [[product(row, rows[n]) for n in kept] for row in rows.values()])
     B = {m: dict(zip(kept, column, strict=True)) for m, column in zip(rows, mixing, strict=True)}
-    weighted = [[_total(shares[m] * B[m][a] * B[m][b] for m in rows) for a in kept] for b in kept]
+    weighted = [[sum_of(shares[m] * B[m][a] * B[m][b] for m in rows) for a in kept] for b in kept]
     (y,) = solve(weighted, [[tau[m] for m in kept]])
     return {m: shares[m] * product(B[m], dict(zip(kept, y, strict=True))) for m in rows}
-
-
-def _total(terms: Iterable[Scalar]) -> Scalar:
-    total: Scalar = 0
-    for x in terms:
-        total = total + x
-    return total

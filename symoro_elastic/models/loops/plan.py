@@ -222,7 +222,7 @@ def _signs(
 ) -> dict[int, int] | None:
     """Signs of the root with which the closed form gives the assembled positions.
 
-    None where there are none, and where both give them: at a flat triangle, which tells no branch.
+    None where there are none, and where both give them: at a flat triangle, which selects no branch.
     """
 
     def closed_by(signs: Mapping[int, int]) -> tuple[Closed, list[int]]:

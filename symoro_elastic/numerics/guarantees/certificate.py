@@ -32,7 +32,7 @@ MOST_SUB_BOXES = 64
 DRAWN, UNSEEN = 1000, 1_000_000
 """States at which errors are proven, and unseen ones that a bound is estimated for."""
 MOST_TIMES = 1000.0
-"""A proven error or range that is so many times that of drawn states says nothing of the code: it is not told."""
+"""A proven error or range that is so many times that of drawn states says nothing of the code: it is not reported."""
 PIVOT = re.compile(r"H\d+")
 """What the inertia that a joint moves is called, where a divisor has several names."""
 
@@ -64,7 +64,7 @@ class EntryBound:
 
     @property
     def guarantee(self) -> Guarantee:
-        """What stands behind the error that is the best to tell."""
+        """What stands behind the error that is reported."""
         if math.isfinite(self.error):
             return Guarantee.PROVEN
         return Guarantee.CONFIDENT if math.isfinite(self.likely) else Guarantee.NONE

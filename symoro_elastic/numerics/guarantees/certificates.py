@@ -31,7 +31,7 @@ LARGEST = 1e300
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is tried: sub-boxes at most, the seed of drawn states, and what is told of the work.
+    """How much is tried: sub-boxes at most, the seed of drawn states, and how progress is reported.
 
     With `polynomials` errors and ranges of results that are polynomials (inverse models, inertia matrices) are proven
     by their coefficients, too: up to half a minute for six joints.

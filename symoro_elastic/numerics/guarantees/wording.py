@@ -1,4 +1,4 @@
-"""Bounds in words: numbers rounded outwards, and what is said of divisors and of the range of numbers."""
+"""Bounds in words: numbers rounded outwards, and remarks on divisors and on the range of numbers."""
 
 from __future__ import annotations
 

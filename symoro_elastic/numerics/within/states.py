@@ -58,7 +58,7 @@ class Bounds:
         ends = np.array([(box[name].low, box[name].high) for name in tape.symbols], dtype=float).reshape(-1, 2)
         for name, (low, high) in zip(tape.symbols, ends, strict=True):
             if not (np.isfinite([low, high]).all() and low <= high):
-                raise ValueError(f"{name}: from {low} to {high} is no interval")
+                raise ValueError(f"{name}: from {low} to {high} is not an interval")
         return cls(ends[:, :1], ends[:, 1:], np.array(tape.is_position, dtype=bool)[:, None])
 
     @property

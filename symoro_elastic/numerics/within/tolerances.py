@@ -47,5 +47,5 @@ def _of_entries(output: Output, tolerances: Tolerances) -> list[Tolerance]:
         raise ValueError(f"{len(entries)} tolerances for the {len(output.entries)} entries of {output.name}")
     for tolerance in entries:
         if not 0 <= tolerance.value < math.inf:
-            raise ValueError(f"{tolerance.value} is no tolerance of {output.name}: a number from 0 on")
+            raise ValueError(f"{tolerance.value} is not a tolerance of {output.name}: a number from 0 on")
     return entries

@@ -29,7 +29,7 @@ DIRECTIONS = 16
 FIRST, GROWTH = 16.0, 1.32
 """Distance of the first place from its point, px, and the ratio of those further out."""
 COVERED, CROSSED, HIDDEN = 30.0, 25.0, 60.0
-"""What it costs, in px, to cover something drawn, to cross another line, to have a label upon a line."""
+"""What it costs, in px, to cover something drawn, to cross another line, to have a label on a line."""
 SHARES = np.array([[0.15], [0.3], [0.45], [0.6], [0.75], [0.9]])
 """Points of a label's line that should be outside of other labels."""
 PLENTY = 11
@@ -196,7 +196,7 @@ def _text(x: float) -> str:
     return "0" if found == "-0" else found
 
 
-# Labels beside their points: none upon another, near, and clear of what is drawn as far as there is room.
+# Labels beside their points: none on another, near, and clear of what is drawn as far as there is room.
 @dataclass(frozen=True)
 class Label:
     """A text whose left end and middle are at (x, y) px, beside the point (anchor_x, anchor_y)."""

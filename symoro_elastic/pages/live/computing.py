@@ -42,7 +42,7 @@ def _context() -> BaseContext:
 
 
 class Work:
-    """Parts that a generator of `PARTS` yields in another process, told one after the other as they come."""
+    """Parts that a generator of `PARTS` yields in another process, reported one after the other as they come."""
 
     def __init__(self, told: Told, name: str, *arguments: str) -> None:
         self._told = told
@@ -64,7 +64,7 @@ class Work:
             self._told(*told)
 
     def drop(self) -> None:
-        """End the process, whatever it computes; nothing more is told."""
+        """End the process, whatever it computes; nothing more is reported."""
         if self._ended.done():
             return
         self._ended.set_result(None)
@@ -74,7 +74,7 @@ class Work:
         self._process.join()
 
     async def ended(self) -> None:
-        """Wait until all parts are told, or the work was dropped."""
+        """Wait until all parts are reported, or the work was dropped."""
         await self._ended
 
 

@@ -14,7 +14,7 @@ from symoro_elastic.pages.live.computing import FAILED, Work
 from symoro_elastic.pages.live.followed_file import FollowedFile, version_of
 
 QUIET, SETTLED = 10, 60
-"""ms: how long nothing changes before a change is told, and how long is waited for that."""
+"""ms: how long nothing changes before a change is reported, and how long is waited for that."""
 KEEPS_OPEN = 15.0
 """s after which a stream without news says that it lives."""
 

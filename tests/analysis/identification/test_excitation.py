@@ -284,7 +284,7 @@ def test_frames_stay_in_their_box_at_times_that_the_search_did_not_see(seed: int
 def test_boxes_that_cannot_be_kept_are_refused(tmp_path: Path) -> None:
     for box, said in (
         ("tip.x=5:6", "at rest, a frame is outside its box"),
-        ("tip.vx=0:1", "--workspace: tip.vx is no position of a frame"),
+        ("tip.vx=0:1", "--workspace: tip.vx is not a position of a frame"),
         ("tip.x=1:0", "no room between 1 and 0"),
         ("tool.x=0:1", "--workspace: 'tool.x': no frame 'tool'"),
     ):

@@ -59,7 +59,7 @@ def test_positions_without_limits_are_refused() -> None:
         ({"q.drive": "tolerance:3"}, "q.drive=tolerance: q.drive is a position: write q.drive=limits"),
         ({"m": "limits:3"}, "m=limits: m is a parameter: write m=tolerance"),
         ({"m": "tolerance"}, "m has a distribution: give the number of points by"),
-        ({"m": "tolerance:1"}, "'m=tolerance:1': one value is no range: give a COUNT from 2"),
+        ({"m": "tolerance:1"}, "'m=tolerance:1': one value is not a range: give a COUNT from 2"),
         ({"m": "tolerance:3,log"}, "'m=tolerance:3,log': give tolerance or tolerance:COUNT"),
         ({"m": "tolerance:2:3"}, "'m=tolerance:2:3': give tolerance or tolerance:COUNT"),
     ],

@@ -1,4 +1,4 @@
-"""Motions without inertia: refused in one line that names the joints and what would mend it."""
+"""Motions without inertia: refused in one line that names the joints and the way out."""
 
 from __future__ import annotations
 

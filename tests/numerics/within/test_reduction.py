@@ -147,8 +147,11 @@ def test_tolerance_zero_keeps_all(make) -> None:
             lambda case: case._replace(box={k: x for k, x in case.box.items() if k != "v2"}),
             "no values over the box: v2",
         ),
-        (lambda case: case._replace(box=case.box | {"v2": Range(1, -1)}), "v2: from 1.0 to -1.0 is no interval"),
-        (lambda case: case._replace(box=case.box | {"v2": Range(0, math.inf)}), "v2: from 0.0 to inf is no interval"),
+        (lambda case: case._replace(box=case.box | {"v2": Range(1, -1)}), "v2: from 1.0 to -1.0 is not an interval"),
+        (
+            lambda case: case._replace(box=case.box | {"v2": Range(0, math.inf)}),
+            "v2: from 0.0 to inf is not an interval",
+        ),
     ],
 )
 def test_a_box_without_an_interval_is_refused(change, message) -> None:
@@ -162,8 +165,8 @@ def test_a_box_without_an_interval_is_refused(change, message) -> None:
     [
         ({}, "no tolerance for f"),
         ({"f": [Tolerance(0.1)]}, "1 tolerances for the 2 entries of f"),
-        ({"f": Tolerance(math.nan)}, "nan is no tolerance of f"),
-        ({"f": Tolerance(-0.1)}, "-0.1 is no tolerance of f"),
+        ({"f": Tolerance(math.nan)}, "nan is not a tolerance of f"),
+        ({"f": Tolerance(-0.1)}, "-0.1 is not a tolerance of f"),
     ],
 )
 def test_missing_tolerances_are_refused(tolerances, message) -> None:
