@@ -34,9 +34,7 @@ def control(machine: str, options: Controlling, save: str | None, plots: Plots, 
         found = call(operations.control, whole, options, progress=progress)
     if save:
         save_machine(with_gains(whole, found), save, machine)
-    print_result(found, as_json, **({"written": save} if save else {}))
-    if save and not as_json:
-        click.echo(f"wrote {save}")
+    print_result(found, as_json, save)
     plots.write(found.plots)
 
 

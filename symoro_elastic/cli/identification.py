@@ -45,9 +45,7 @@ def excite(machine: str, out: str, options: Exciting, plots: Plots, as_json: boo
     with progress_bar("search") as progress:
         excited = call(measured.excite, of_file, options, progress=progress)
     save(excited, out)
-    print_result(excited, as_json, written=out)
-    if not as_json:
-        click.echo(f"wrote {out}")
+    print_result(excited, as_json, out)
     plots.write(excited.plots)
 
 
@@ -73,9 +71,7 @@ def identify(machine: str, options: Identifying, save: str | None, plots: Plots,
         save_machine(saved, save, machine)
         for warning in warnings:
             click.echo(f"warning: {warning}", err=True)
-    print_result(identified, as_json, **({"written": save} if save else {}))
-    if save and not as_json:
-        click.echo(f"wrote {save}")
+    print_result(identified, as_json, save)
     plots.write(identified.plots)
 
 
@@ -108,10 +104,7 @@ def update(machine: str, options: Updating, save: str | None, is_next: bool, plo
         save_machine(saved, save, machine)
         for line in lines:
             click.echo(f"warning: {line}", err=True)
-    more = {"written": save} if save else {}
-    print_result(updated, as_json, **more, **({"next_tests": plain(candidates)} if is_next else {}))
+    print_result(updated, as_json, save, **({"next_tests": plain(candidates)} if is_next else {}))
     if is_next and not as_json:
         print_parts([next_table(candidates, updated.machine.name)])
-    if save and not as_json:
-        click.echo(f"wrote {save}")
     plots.write(updated.plots)

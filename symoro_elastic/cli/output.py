@@ -68,12 +68,14 @@ def print_parts(parts: Sequence[Part]) -> None:
             print_table(part)
 
 
-def print_result(result: Result, as_json: bool, **written: Any) -> None:
-    """A result on standard output, or its values and what was `written` as JSON."""
+def print_result(result: Result, as_json: bool, written: str | None = None, **more: Any) -> None:
+    """A result and the file that it was `written` to on standard output, or these and `more` values as JSON."""
     if as_json:
-        print_json({**result.as_json(), **written})
-    else:
-        print_parts(result.parts())
+        print_json({**result.as_json(), **({"written": written} if written else {}), **more})
+        return
+    print_parts(result.parts())
+    if written:
+        click.echo(f"wrote {written}")
 
 
 def write_text(text: str, out: str) -> None:

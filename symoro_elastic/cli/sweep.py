@@ -56,9 +56,7 @@ def sweep(machine: str, file: str | None, options: Sweeping, out: str | None, pl
     if out:
         save(swept, out)
         remove_file(f"{out}{JOURNAL}")
-    print_result(swept, as_json, **({"written": out} if out else {}))
-    if out and not as_json:
-        click.echo(f"wrote {out}")
+    print_result(swept, as_json, out)
     plots.write(swept.plots)
 
 

@@ -37,9 +37,7 @@ def linearize(machine: str, options: Linearizing, out: str | None, as_json: bool
         linear = call(vibrations.linearize, whole, options)
     if out:
         save_linearization(linear, out)
-    print_result(linear, as_json, **({"written": out} if out else {}))
-    if out and not as_json:
-        click.echo(f"wrote {out}")
+    print_result(linear, as_json, out)
 
 
 class Path(Options):
@@ -139,8 +137,7 @@ def feed_forward(machine: str, options: Following, out: str | None, plots: Plots
     with steps() as step:
         step("feed-forward")
         result = call(vibrations.feed_forward, whole, options)
-    print_result(result, as_json, **({"written": out} if out else {}))
     if out:
         save_feed_forward(result, out)
-        click.echo(f"wrote {out}", err=as_json)
+    print_result(result, as_json, out)
     plots.write(result.plots)
