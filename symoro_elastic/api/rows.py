@@ -161,9 +161,9 @@ ANALYSES = ("modes", "response", "control", "ladder", "simulation")
 # Rows that several operations share
 
 
-def scene_row(meaning: str, default: Any = None) -> Any:
+def scene_row(meaning: str) -> Any:
     """Return the row of a scene."""
-    return option(default, "FILE", f"Scene: TOML file {meaning}.", kinds.SCENE)
+    return option(None, "FILE", f"Scene: TOML file {meaning}.", kinds.SCENE)
 
 
 def values_row() -> Any:

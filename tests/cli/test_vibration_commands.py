@@ -12,7 +12,7 @@ import pytest
 import scipy.io
 
 from symoro_elastic.analysis.vibration.comparison import compare
-from symoro_elastic.analysis.vibration.export import control_system, labels, save_linearization
+from symoro_elastic.analysis.vibration.export import labels, save_linearization
 from symoro_elastic.analysis.vibration.modes import modes
 from symoro_elastic.analysis.vibration.responses import frequency_response
 from symoro_elastic.analysis.vibration.tracking import over_grid
@@ -163,19 +163,6 @@ def test_a_held_motor_is_called_held(tmp_path: Path) -> None:
     )
     save_linearization(linearized(drive()), tmp_path / "free.mat")
     assert scipy.io.loadmat(tmp_path / "free.mat")["notes"].size == 0
-
-
-def test_a_system_for_python_control() -> None:
-    linear = linearized(drive(d=3.0))
-    try:
-        system = control_system(linear)
-    except InputError as error:
-        assert str(error) == (
-            "symoro-elastic: control: a system for python-control needs control: pip install 'symoro-elastic[control]'"
-        )
-        return
-    np.testing.assert_array_equal(system.A, linear.space.A)
-    assert list(system.input_labels) == ["motor_tau"]
 
 
 ALIKE = [

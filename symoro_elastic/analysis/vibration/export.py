@@ -17,7 +17,7 @@ from symoro_elastic.analysis.vibration.responses import Response
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.file_forms import LINEARIZATIONS, MODES, form_of
 from symoro_elastic.foundation.output_files import write_file
-from symoro_elastic.foundation.packages import for_vibrations, import_optional
+from symoro_elastic.foundation.packages import for_vibrations
 
 WIDTH = 110
 _FUNCTION = re.compile(r"[A-Za-z]\w{0,62}", re.ASCII)
@@ -92,17 +92,6 @@ def save_arrays(arrays: Mapping[str, Any], path: str | Path) -> None:
     """Write arrays and lists of texts to .npz or .mat, the same bytes for the same numbers. Raises `InputError`."""
     forms: dict[str, Callable[[Mapping[str, Any]], bytes]] = {NPZ: _npz, MAT: _mat}
     write_file(forms[form_of(path, MODES, "--out")](arrays), path)
-
-
-def control_system(linear: Linearization) -> Any:
-    """Return the linearization as a `control.StateSpace` with the names of `labels`, as `motor_x_tau`.
-
-    Raises `InputError` without python-control.
-    """
-    space = linear.space
-    states, ins, outs = map(labels, (space.states, space.inputs, space.outputs))
-    package = import_optional("control", "a system for python-control", "control")
-    return package.ss(space.A, space.B, space.C, space.D, states=states, inputs=ins, outputs=outs)
 
 
 def labels(names: Sequence[str]) -> list[str]:

@@ -95,15 +95,6 @@ def degrees(roots: Iterable[Scalar], numbers: Iterable[str] = ()) -> list[Degree
     return found
 
 
-def why_not(roots: Iterable[Scalar], numbers: Iterable[str] = ()) -> str:
-    """Return why expressions are no polynomials of sines, cosines and other variables; empty where they are."""
-    try:
-        degrees(roots, numbers)
-    except NotPolynomial as error:
-        return str(error)
-    return ""
-
-
 def _symbol(name: str, constant: bool) -> Degrees:
     return Degrees(multiples={}) if constant else Degrees({}, {name: 1}, {name: Fraction(1)})
 

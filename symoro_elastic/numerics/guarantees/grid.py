@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symoro_elastic.foundation.array_types import AnyArray, Array
-from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.cells import OUTWARDS, Search
 from symoro_elastic.numerics.guarantees.degrees import NotPolynomial
@@ -58,24 +57,6 @@ def largest(target: Target, box: Box, *, closeness: float = CLOSENESS, seconds: 
     close = search.upper <= closeness * search.lower
     bound = (search.upper * search.scale + found.left_out) * OUTWARDS
     return Largest(bound, value_at(target, state, box), state, close)
-
-
-def largest_of(
-    targets: Sequence[Target],
-    box: Box,
-    *,
-    closeness: float = CLOSENESS,
-    seconds: float = math.inf,
-    progress: Progress = no_progress,
-) -> list[Largest]:
-    """Return `largest` of each target; they share the seconds."""
-    end = time.monotonic() + seconds
-    results = []
-    for done, target in enumerate(targets):
-        share = (end - time.monotonic()) / (len(targets) - done)
-        results.append(largest(target, box, closeness=closeness, seconds=share))
-        progress(done + 1, len(targets))
-    return results
 
 
 def value_at(target: Target, state: Mapping[str, float], box: Box) -> float:

@@ -21,7 +21,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
+from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval, interval
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
@@ -82,11 +82,6 @@ ROUNDINGS: Mapping[str, Rounding] = {
     MIXED.name: Rounding(MIXED.name, U_SINGLE, U_DOUBLE, 2.0**-150, float(np.finfo(np.float32).max)),
 }
 """The roundings of the precisions that certificates are made for."""
-
-
-def rounding_of(precision: Precision) -> Rounding:
-    """The rounding of a precision; raises `KeyError` for sums of two doubles."""
-    return ROUNDINGS[precision.name]
 
 
 @dataclass(frozen=True)
