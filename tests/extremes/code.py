@@ -21,7 +21,7 @@ from symoro_elastic.numerics.verification.accuracy import Errors, measure, round
 from symoro_elastic.numerics.verification.states import States
 from tests.extremes.corpus import DIRECT, INVERSE
 
-QUICKLY, WELL = ("-O0",), ("-O2",)
+QUICKLY = ("-O0",)
 AS_RECOMMENDED = ("-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
 """By the generated source."""
 BOTH = (DIRECT, INVERSE)

@@ -13,21 +13,13 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.models.base_parameters import base_grouping
+from tests.compiled_models import cell, vector
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GRAVITY = Base(gravity=(Formula.parse("3.125"), Formula.parse(9), Formula.parse(-2)))
 QUARTER_TURNS = ("0", "pi/2", "-pi/2")
 Mass = Callable[[int, int], float]
 """Mass of link j of n, from 0."""
-
-
-def cell(value: float | str) -> Formula:
-    return Formula.parse(value)
-
-
-def vector(*values: float | str) -> tuple[Formula, Formula, Formula]:
-    x, y, z = map(cell, values)
-    return x, y, z
 
 
 # Masses along a chain
@@ -65,7 +57,6 @@ MASSES: dict[str, Mass] = {
     "tip 1e6 lighter": light_tip,
     "1 and 1e6 in turn": alternating,
 }
-SMOOTH = ("equal", "1 to 1e6", "1 to 1e-6")
 
 
 def short(mass: float) -> float:

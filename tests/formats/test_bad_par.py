@@ -209,9 +209,6 @@ def test_the_name_is_that_of_the_robot_else_of_the_file(text: str, file: str, na
     assert par.write(machine).startswith(f"(* Robotname = '{name}' *)")
 
 
-ANOTHER = 'give another by (*toml name = "..." *))'
-
-
 @pytest.mark.parametrize(
     ("text", "file", "origin"),
     [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,6 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 RX90 = EXAMPLES / "rx90.par"
 TORQUES = 1e-12
 REVOLUTE = rules._rules_revolute
-Rule = Callable[..., Iterator[GroupingRule]]
 
 
 def too_much(*arguments: Any) -> Iterator[GroupingRule]:

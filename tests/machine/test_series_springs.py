@@ -14,7 +14,6 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import found_degeneracies, generate
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
@@ -22,6 +21,7 @@ from symoro_elastic.machine.series_springs import condense, springs_in_series
 from symoro_elastic.models.degenerate import degeneracies
 from symoro_elastic.numerics.verification.verify import verify
 from tests.command_line import ended
+from tests.compiled_models import cell as f
 from tests.references import multiprecision as reference
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -55,10 +55,6 @@ CASES = {
     "damped": {"sigma": 0, "damping": 7, "other": 3},
     "prismatic, damped": {"sigma": 1, "alpha": "pi", "damping": 7, "other": 3},
 }
-
-
-def f(text: object) -> Formula:
-    return Formula.parse(text)  # type: ignore[arg-type]
 
 
 def series(**cells: object) -> Machine:

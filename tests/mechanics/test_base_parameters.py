@@ -20,11 +20,11 @@ from symoro_elastic.models.polynomial import POLYNOMIALS, Polynomial, polynomial
 from symoro_elastic.numerics.grouping import checked_grouping
 from symoro_elastic.numerics.rank import cross_check
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
+from tests.examples import example
 from tests.references.random_machines import chain, planar_2r, random_machine, random_state, two_children
 
 pytestmark = pytest.mark.sampled(6)
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 INERTIA = ("XX", "XY", "XZ", "YY", "YZ", "ZZ")
 TORQUES = 1e-12
 
@@ -33,10 +33,6 @@ ALONG_Z: Vector3 = (ZERO, ZERO, Formula.parse("-9.81"))
 ALONG_Y: Vector3 = (ZERO, Formula.parse("-9.81"), ZERO)
 OBLIQUE: Vector3 = (Formula.parse(3), Formula.parse("-2"), Formula.parse("-9"))
 WEIGHTLESS: Vector3 = (ZERO, ZERO, ZERO)
-
-
-def example(name: str) -> Machine:
-    return read_machine(EXAMPLES / name)[0]
 
 
 def body(j: int) -> Body:

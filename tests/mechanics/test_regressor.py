@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from mpmath import mpf
 
-from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import NO_VECTOR, Base, Body, Joint, Kind, Machine, Wrench
@@ -20,18 +18,14 @@ from symoro_elastic.models.identification import IDENTIFICATION, linear_paramete
 from symoro_elastic.models.model import Result
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.program import OperationCount, Output, build
+from tests.examples import example
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
 
 pytestmark = pytest.mark.sampled(6)
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 MODELS = {model.name: model for model in IDENTIFICATION}
 EXACT = 1e-40
-
-
-def example(name: str) -> Machine:
-    return read_machine(EXAMPLES / name)[0]
 
 
 def run(machine: Machine, name: str, asked: tuple[int, ...] = ()) -> tuple[Bound, Result]:

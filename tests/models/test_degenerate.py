@@ -13,10 +13,11 @@ import pytest
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import found_degeneracies, generate, refuse_degenerate
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.degenerate import degeneracies
+from tests.compiled_models import cell as f
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
 
@@ -24,10 +25,6 @@ pytestmark = pytest.mark.sampled(6)
 
 ROOT = Path(__file__).parents[2]
 PRINTED = ROOT / "examples" / "two_axis_printed.par"
-
-
-def f(text: object) -> Formula:
-    return Formula.parse(text)  # type: ignore[arg-type]
 
 
 HEAVY = Body(f(3), (f("0.1"), f("0.2"), f("-0.3")), tuple(f(x) for x in ("1.3", "0.1", "-0.2", "1.1", "0.15", "0.9")))

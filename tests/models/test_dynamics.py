@@ -12,7 +12,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.scene import ALL, Scene
@@ -37,6 +36,7 @@ from symoro_elastic.models.rules import direct_motion
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.compiled_models import built, cell, worst
+from tests.examples import example
 from tests.references import multiprecision as reference
 from tests.references.lagrange import inertia_and_bias
 from tests.references.random_machines import (
@@ -291,10 +291,6 @@ def chain80(*alpha: str) -> Machine:
 
 
 QUARTERS = ("0", "pi/2", "-pi/2")
-
-
-def example(name: str) -> Machine:
-    return read_machine(Path(__file__).parents[2] / "examples" / name)[0]
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.output_folder import write_files
 from symoro_elastic.generation.pipeline import generate, programs, render
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.formula import ZERO
 from symoro_elastic.machine.machine import Base, Body, Friction, Joint, Kind, Machine, Parameter, Spring
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene
@@ -28,6 +28,7 @@ from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, evaluate
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, PI, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.time_series import TimeSeries
+from tests.compiled_models import cell
 from tests.generated_code import COMPILERS, call, compiled, imported
 from tests.references.multiprecision import generalized_forces
 from tests.references.random_machines import WEIGHT, chain, first_joint_elastic, random_machine
@@ -61,10 +62,6 @@ MANY_DIGITS = Arithmetic(
     },
 )
 EXACTLY = Arithmetic(Fraction, RATIONAL)
-
-
-def cell(x: float | str) -> Formula:
-    return Formula.parse(x)
 
 
 def swinging(motors: int) -> Motion:

@@ -18,7 +18,6 @@ from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import generate, is_part
 from symoro_elastic.generation.views import models_json
-from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Base, Kind, Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import ALL, Scene
@@ -28,6 +27,7 @@ from symoro_elastic.models.traced import summary
 from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Expression
 from symoro_elastic.symbolic.program import OperationCount
+from tests.compiled_models import cell as f
 from tests.generated_code import c_functions, c_work, imported, recount, rendered
 from tests.references import multiprecision as reference
 from tests.references.numbers_of_machine import numbers_of
@@ -40,10 +40,6 @@ EVERYTHING = Scene(models=FIVE)
 CONTRACT = 1e-12
 SAME = mpmath.mpf(10) ** -40
 Array = np.ndarray[Any, Any]
-
-
-def f(text: object) -> Formula:
-    return Formula.parse(text)  # type: ignore[arg-type]
 
 
 @cache

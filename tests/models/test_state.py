@@ -12,7 +12,6 @@ from symoro_elastic.analysis.simulation.reference_motion import Motion
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.formats import read_machine
 from symoro_elastic.machine.machine import KnownOfBase, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS
@@ -25,8 +24,8 @@ from symoro_elastic.numerics.verification.states import extreme_states, moderate
 from symoro_elastic.quantities import QUANTITIES, Quantity, Role, Samples
 from symoro_elastic.quantities.units import same
 from tests.closed_chains.machines import machine as closed_chain
+from tests.examples import example
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 CURRENT = Quantity(
     name="i_motor",
     meaning="currents of the motors",
@@ -38,10 +37,6 @@ CURRENT = Quantity(
     samples=Samples(3, (-2, 2)),
 )
 """A block that no machine has today."""
-
-
-def example(name: str) -> Machine:
-    return read_machine(EXAMPLES / name)[0]
 
 
 @pytest.fixture

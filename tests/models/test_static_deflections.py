@@ -28,6 +28,7 @@ from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.verification.verify import verify
 from symoro_elastic.symbolic.arithmetic import FLOATS, multiprecision
 from tests.closed_chains.machines import machine as closed_chain
+from tests.compiled_models import cell as f
 from tests.models.test_scenes import is_motor, results, state_of, symbols, worst
 from tests.references import multiprecision as reference
 from tests.references.random_machines import chain, random_machine, two_children
@@ -38,10 +39,6 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 MODELS = ("static_deflections", "geometric_model_with_deflections")
 EXACT = 1e-40
 HELD = ("0.013", "-1/7", "0.21")
-
-
-def f(text: object) -> Formula:
-    return Formula.parse(text)  # type: ignore[arg-type]
 
 
 @cache

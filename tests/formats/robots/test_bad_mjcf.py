@@ -25,7 +25,6 @@ BOMB = '<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>' + robot('<join
 OUTSIDE = '<!DOCTYPE m [<!ENTITY a SYSTEM "file:///etc/passwd">]>' + robot('<joint name="&a;"/>')
 ACTUATED = '<actuator><motor joint="j" damping="1 2"/></actuator>'
 LARGE = "the model would hold more than 1e\\+07 numbers"
-FIELD = '<asset><hfield name="h" size="1 1 1 1" nrow="9999" ncol="9999"/></asset>'
 BAD = {
     "entities": (BOMB, "line 1: a DOCTYPE"),
     "external entities": (OUTSIDE, "line 1: a DOCTYPE"),

@@ -68,13 +68,6 @@ def assembled() -> Machine:
 
 
 @cache
-def driven_outboard() -> Machine:
-    """A machine with motors on joints that follow from loops, its friction smooth."""
-    described = closed_chain("delta")
-    joints = (replace(one, friction=replace(one.friction, creep=Formula.parse(0.01))) for one in described.joints)
-    return replace(described, joints=tuple(joints))
-
-
 @cache
 def two_r() -> Machine:
     return se.read(EXAMPLES / "planar_2r.toml")

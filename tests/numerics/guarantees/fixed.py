@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import symoro_elastic as se
-from symoro_elastic.codegen.c_fixed_function import FixedArray, FixedFunction, FixedText
+from symoro_elastic.codegen.c_fixed_function import FixedFunction, FixedText
 from symoro_elastic.codegen.compile import find_compiler
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.targets.c_fixed import render_c_fixed
@@ -141,7 +141,3 @@ class FixedCase:
 
 def _quarters() -> list[float]:
     return [k * 2.0**29 for k in range(-4, 4)]
-
-
-def of_array(case: FixedCase, name: str) -> FixedArray:
-    return next(array for array in case.text.arrays if array.name == name)

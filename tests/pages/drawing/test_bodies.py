@@ -14,11 +14,6 @@ from tests.compiled_models import cell
 NO_NAMES: dict[str, float] = {}
 
 
-def tensor_of(ten: list[float]) -> np.ndarray:
-    xx, xy, xz, yy, yz, zz = ten
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
 def of_points(rng: np.random.Generator, central: bool) -> tuple[Body, float, np.ndarray, np.ndarray]:
     """A body of point masses: its mass, its centre, and its tensor about the origin of the frame."""
     masses, points = rng.uniform(0.1, 2.0, 9), rng.normal(0.0, 0.3, (9, 3))
