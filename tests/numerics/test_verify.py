@@ -18,7 +18,8 @@ from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.c_batch import render_c_batch
 from symoro_elastic.codegen.targets.numpy import render_numpy
-from symoro_elastic.machine.formula import ZERO
+from symoro_elastic.formats import read_machine
+from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine, Parameter
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models import catalogue
@@ -31,8 +32,6 @@ from symoro_elastic.numerics.verification import verify as verifying
 from symoro_elastic.numerics.verification.linear_systems import distance
 from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
 from symoro_elastic.numerics.verification.verify import Verification, verify
-from tests.compiled_models import cell
-from tests.examples import example
 from tests.references import multiprecision
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
 
@@ -40,6 +39,15 @@ pytestmark = pytest.mark.sampled(5)
 
 FIVE = ("direct_dynamics", "inverse_dynamics", "inertia_matrix", "bias_forces", "geometric_model")
 EVERYTHING = Scene(models=FIVE)
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def cell(value: float | str) -> Formula:
+    return Formula.parse(value)
+
+
+def example(name: str) -> Machine:
+    return read_machine(EXAMPLES / name)[0]
 
 
 def without_values(machine: Machine) -> Machine:
