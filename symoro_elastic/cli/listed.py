@@ -17,7 +17,7 @@ class Listed(NamedTuple):
     line: str
 
     def short(self, limit: int) -> str:
-        """The line, cut where it is longer than a limit."""
+        """Return the line, cut where it is longer than a limit."""
         return click.Command(None, help=self.line).get_short_help_str(limit)
 
 

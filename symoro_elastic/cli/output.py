@@ -60,7 +60,7 @@ def print_table(table: Table) -> None:
 
 
 def print_parts(parts: Sequence[Part]) -> None:
-    """Sentences and tables on standard output, in their order."""
+    """Print sentences and tables, in their order."""
     for part in parts:
         if isinstance(part, str):
             click.echo(part)
@@ -69,7 +69,7 @@ def print_parts(parts: Sequence[Part]) -> None:
 
 
 def print_result(result: Result, as_json: bool, written: str | None = None, **more: Any) -> None:
-    """A result and the file that it was `written` to on standard output, or these and `more` values as JSON."""
+    """Print a result and the file that it was `written` to, or these and `more` values as JSON."""
     if as_json:
         print_json({**result.as_json(), **({"written": written} if written else {}), **more})
         return
@@ -91,14 +91,14 @@ def _is_terminal(stream: TextIO | None) -> bool:
 
 @contextmanager
 def progress_bar(step: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on a terminal's stderr, and nothing elsewhere."""
+    """Show a progress bar on a terminal's stderr, and nothing elsewhere."""
     with staged_progress(step) as (_, progress):
         yield progress
 
 
 @contextmanager
 def staged_progress(first: str = "read") -> Iterator[tuple[Callable[[str], None], Callable[[int, int], None]]]:
-    """A progress bar on a terminal's stderr, and nothing elsewhere: callbacks that name a stage, and count its work."""
+    """Show a progress bar on a terminal's stderr, nothing elsewhere; yield what names a stage and counts its work."""
     if not _is_terminal(sys.stderr):
         yield lambda _: None, lambda _done, _total: None
         return
@@ -115,7 +115,7 @@ def staged_progress(first: str = "read") -> Iterator[tuple[Callable[[str], None]
 
 @contextmanager
 def counted_ahead(name: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar with the time left, which no thread draws: processes may be copied while it is there."""
+    """Show a progress bar with the time left, which no thread draws: processes may be copied while it is there."""
     if not _is_terminal(sys.stderr):
         yield lambda _done, _total: None
         return
@@ -130,7 +130,7 @@ def counted_ahead(name: str) -> Iterator[Callable[[int, int], None]]:
 
 @contextmanager
 def steps() -> Iterator[Callable[[str], None]]:
-    """Shows the current step on a terminal's stderr, and nothing elsewhere."""
+    """Show the current step on a terminal's stderr, and nothing elsewhere."""
     if not _is_terminal(sys.stderr):
         yield lambda _: None
         return
@@ -187,7 +187,7 @@ class Column:
         return max((len(word) for line in words for word in line), default=0)
 
     def lines(self, text: str) -> list[str]:
-        """A text in lines of this width; words that are longer are broken."""
+        """Return a text in lines of this width; words that are longer are broken."""
         glued = _glued(text, self.together)
         fits = all(len(word) <= self.width for word in glued.split(" "))
         wrapped = textwrap.wrap(glued if fits else text, self.width, break_on_hyphens=False)

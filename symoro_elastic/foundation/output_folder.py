@@ -33,7 +33,7 @@ class Manifest:
     hashes: Mapping[str, str] = field(default_factory=dict)
 
     def wrote(self, name: str, hashed: str) -> bool:
-        """Whether the run may have written a file with this hash; a list without hashes leaves that open."""
+        """Return whether the run may have written a file with this hash; a list without hashes leaves that open."""
         return name in self.names and self.hashes.get(name, hashed) == hashed
 
 

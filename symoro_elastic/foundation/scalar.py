@@ -34,7 +34,7 @@ def sum_of(terms: Iterable[Scalar]) -> Scalar:
 
 
 def quotient(x: Scalar, y: Scalar) -> Scalar:
-    """x / y, exact where both are integers, which Python divides as floats."""
+    """Return x / y, exact where both are integers, which Python divides as floats."""
     if isinstance(x, int) and isinstance(y, int):
         exact = Fraction(x, y)
         return exact.numerator if exact.denominator == 1 else exact

@@ -37,7 +37,7 @@ class ClosedChain:
 
 
 def closed_chain(machine: Machine, placed: PlacedMachine) -> ClosedChain:
-    """What there is to say about couplings and loops of a machine at a position."""
+    """Return what there is to say about couplings and loops of a machine at a position."""
     driven = len(machine.motors)
     if machine.loops:
         bound = Bound(machine)
@@ -119,7 +119,7 @@ def _body(rotor: Rotor) -> str:
 
 
 def closed_chain_json(found: ClosedChain) -> dict[str, Any]:
-    """Couplings, loops, rotors and motors as plain data."""
+    """Return couplings, loops, rotors and motors as plain data."""
     machine = found.machine
     return {
         "variables": {machine.joint(j).name: machine.joint(j).variable for j in machine.with_variable},

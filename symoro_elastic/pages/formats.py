@@ -246,7 +246,7 @@ SCENES = (SCENE, *OF_MOTION)
 
 
 def formats_page() -> str:
-    """The reference page."""
+    """Return the page about files, as Markdown."""
     blocks = [
         INTRODUCTION,
         _table(("format of machines", "files", ""), _formats()),

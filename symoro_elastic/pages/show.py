@@ -33,12 +33,12 @@ def axes_table(placed: PlacedMachine, title: str = "") -> Table:
 
 
 def position_json(placed: PlacedMachine) -> dict[str, float | None]:
-    """The position by joint, rad or m."""
+    """Return the position by joint, rad or m."""
     return dict(plain(placed.q))
 
 
 def axes_json(placed: PlacedMachine) -> dict[str, Any]:
-    """Origin, m, and axis of each joint in frame 0, null where they depend on parameters without value."""
+    """Return origin, m, and axis of each joint in frame 0, null where they depend on parameters without value."""
     return {one.joint.name: {"origin": plain(one.origin), "axis": plain(one.axis)} for one in placed.joints}
 
 
@@ -58,7 +58,7 @@ def _number(x: float) -> str:
 
 
 def catalogue_json() -> dict[str, Any]:
-    """Every model: its family, arguments and results with shape and meaning, equations."""
+    """Return every model: its family, arguments and results with shape and meaning, equations."""
     return {
         "models": {
             model.name: {
@@ -81,7 +81,7 @@ def _described(model: Model, name: str) -> list[str]:
 
 
 def catalogue_lines(width: int) -> list[str]:
-    """Every model with its arguments and equations, then a line or two for each of its results."""
+    """Return every model with its arguments and equations, then a line or two for each of its results."""
     rows = [(name, *_described(model, name)) for model in MODELS.values() for name in model.results]
     names, shapes = (max(len(row[k]) for row in rows) for k in (0, 1))
     lines = []

@@ -144,7 +144,8 @@ def _shown(path: list[Any], value: Any) -> dict[str, Any]:
         return {**_shown([*path, VALUE.name], value.get(VALUE.name)), "unit": unit if isinstance(unit, str) else ""}
     if isinstance(value, list):
         return {"parts": [_shown([*path, k], part) for k, part in enumerate(value)]}
-    return {"path": path, "text": "" if value is None else str(value).lower() if value is True else str(value)}
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    return {"path": path, "text": "" if value is None else text}
 
 
 class Lines:

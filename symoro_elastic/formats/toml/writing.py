@@ -223,25 +223,18 @@ def _tolerance(parameter: Parameter, tolerated: Range | None) -> Entry:
 
 
 def _scene(scene: Scene) -> list[str]:
-    lines = []
-    if scene.models:
-        lines.append(f"models = {_names(scene.models)}")
-    if scene.outputs:
-        lines.append(f"outputs = {_inline([(_key(m), _names(names)) for m, names in scene.outputs.items()])}")
-    if scene.locked:
-        lines.append(f"locked = {_inline([(_key(joint), _cell(v.text)) for joint, v in scene.locked.items()])}")
-    if scene.static:
-        lines.append(f"static = {_static(scene.static)}")
-    if scene.zero:
-        lines.append(f"zero = {_names(scene.zero)}")
-    if scene.steps:
-        lines.append(f"steps = {_names(scene.steps)}")
-    if scene.condense:
-        lines.append("condense = true")
-    if scene.forces:
-        lines.append(f"forces = {_names(scene.forces)}")
-    if scene.fold:
-        lines.append(f"fold = {text_of(scene.fold) if isinstance(scene.fold, str) else _names(scene.fold)}")
+    texts = {
+        "models": _names(scene.models),
+        "outputs": _inline([(_key(model), _names(names)) for model, names in scene.outputs.items()]),
+        "locked": _inline([(_key(joint), _cell(value.text)) for joint, value in scene.locked.items()]),
+        "static": _static(scene.static),
+        "zero": _names(scene.zero),
+        "steps": _names(scene.steps),
+        "condense": "true",
+        "forces": _names(scene.forces),
+        "fold": text_of(scene.fold) if isinstance(scene.fold, str) else _names(scene.fold),
+    }
+    lines = [f"{key} = {text}" for key, text in texts.items() if getattr(scene, key)]
     lines += [f"{key} = {_plain_value(x)}" for key, x in entries_of(scene.within).items()]
     return lines if scene.gravity else [*lines, "gravity = false"]
 

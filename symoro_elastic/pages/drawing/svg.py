@@ -129,7 +129,7 @@ def svg_for_light_paper(machine: Machine) -> str:
 
 
 def joint_counts(figure: Figure) -> str:
-    """How many joints of each kind a machine has, in words."""
+    """Return how many joints of each kind a machine has, in words."""
     names = {"motor": "motor", "elastic": "elastic joint", "passive": "passive joint", "coupled": "coupled joint"}
     kinds = [mark.role for mark in figure.marks]
     counts = {name: kinds.count(role) for role, name in names.items()}

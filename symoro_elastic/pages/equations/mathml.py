@@ -73,7 +73,7 @@ class _Reader:
         return "".join(items)
 
     def with_scripts(self) -> str:
-        """An item with its superscript and subscript."""
+        """Return an item with its superscript and subscript."""
         applied = self.peek() in (r"\sin", r"\cos")
         base = self.item()
         scripts: dict[str, str] = {}
@@ -87,7 +87,7 @@ class _Reader:
         return f"<{tag}>{base}{scripts.get('_', '')}{scripts.get('^', '')}</{tag}>{gap}"
 
     def group(self) -> str:
-        """The group in braces, as one element."""
+        """Return the group in braces, as one element."""
         self.take("{")
         content = self.row("}")
         self.take("}")
@@ -148,7 +148,7 @@ class _Reader:
         raise self.error_here()
 
     def table(self) -> str:
-        """A matrix in brackets."""
+        """Return a matrix in brackets."""
         self.word()
         rows: list[list[str]] = [[]]
         while True:
