@@ -39,7 +39,7 @@ from symoro_elastic.numerics.values import parameter_values
 from tests.benchmarks.attack_in_c import attack_in_c
 from tests.closed_chains.machines import FILES
 from tests.closed_chains.machines import machine as closed_machine
-from tests.numerics.guarantees.attack import ROUNDED, SLACK, Attack, Worst
+from tests.numerics.guarantees.attack import ROUNDED, SLACK, Attack, Worst, results_as_printed
 from tests.numerics.guarantees.boxes import limits_of_test
 from tests.references.random_machines import chain, random_machine, two_children
 
@@ -90,8 +90,7 @@ def held_out() -> Iterator[tuple[str, Machine]]:
 def attacked(machine: Machine, model: str, found: Certificate, states: int, form: str = RECURSION) -> Worst:
     """The worst of drawn states and of climbing; of more than `DRAWN_AT_ONCE` in C, of generated code."""
     package = programs(machine, Scene(models=(model,), form=form)).package
-    program = package.functions[0].program
-    attack = Attack([x for output in program.outputs for x in output.entries], found.box, found.precision)
+    attack = Attack(results_as_printed(package.functions[0].program), found.box, found.precision)
     worst = attack.run(min(states, DRAWN_AT_ONCE))
     if states <= DRAWN_AT_ONCE:
         return worst

@@ -125,7 +125,8 @@ def nothing_known(parts: Parts) -> Known:
 class Subject:
     """A function, its rounding, and what is known of its nodes: what a certificate is made of.
 
-    `solver` bounds errors of the linear system that it solves, where it does (lemma 8).
+    `solver` bounds errors of the linear system that it solves, where it does (lemma 8). `is_printed` tells that sums are
+    in the order of the text: put in that order twice, they would have another one.
     """
 
     function: Function
@@ -133,6 +134,7 @@ class Subject:
     rounding: Rounding
     knowledge: Knowledge = nothing_known
     solver: Solver | None = None
+    is_printed: bool = False
 
     @cached_property
     def nodes(self) -> list[Expression]:
@@ -150,16 +152,17 @@ class Subject:
 
     def as_printed(self) -> Subject:
         """The same of the program as its text is carried out, which is what a certificate is of."""
-        program, changed = in_printed_order(self.function.program)
-        if not changed:
+        if self.is_printed:
             return self
+        program, changed = in_printed_order(self.function.program)
 
         def knowledge(parts: Parts) -> Known:
             found = {number: (changed.get(number), x) for number, x in self.knowledge(parts).items()}
             return dict(_of_positive(number, new, x) for number, (new, x) in found.items())
 
         solver = self.solver and self.solver.moved(partial(in_place_of, changed=changed), program)
-        return replace(self, function=replace(self.function, program=program), knowledge=knowledge, solver=solver)
+        function = replace(self.function, program=program)
+        return replace(self, function=function, knowledge=knowledge, solver=solver, is_printed=True)
 
     def bounds(self, parts: Parts) -> Bounds:
         """Ranges and errors of all nodes over sub-boxes (lemma 1)."""

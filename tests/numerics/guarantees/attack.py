@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from symoro_elastic.codegen.printed_order import in_printed_order
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.numerics.arrays import EXTENDED, arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Operand
+from symoro_elastic.symbolic.program import Program
 
 Array = NDArray[np.float64]
 States = dict[str, Array]
@@ -32,6 +34,12 @@ class Worst:
     error: Array
     low: Array
     high: Array
+
+
+def results_as_printed(program: Program) -> list[Operand]:
+    """The entries of all results, sums carried out from left to right as the text of the program has them."""
+    printed, _ = in_printed_order(program)
+    return [x for output in printed.outputs for x in output.entries]
 
 
 def computed(roots: Sequence[Operand], states: Mapping[str, Array], dtype: type) -> list[Array]:

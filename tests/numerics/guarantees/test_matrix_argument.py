@@ -26,7 +26,7 @@ from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Operand
 from tests.benchmarks.certificates import exceeded
-from tests.numerics.guarantees.attack import Attack
+from tests.numerics.guarantees.attack import Attack, results_as_printed
 from tests.numerics.guarantees.boxes import limits_of_test
 from tests.references.random_machines import random_machine
 
@@ -137,7 +137,7 @@ def test_an_arm_with_rotors_is_certified_through_its_inertia_matrix(
     assert not found.overflows
     assert all(pivot.least > 0.19 for pivot in found.pivots)
     program = programs(whole, scene).package.functions[0].program
-    worst = Attack([x for output in program.outputs for x in output.entries], found.box, found.precision).run(500)
+    worst = Attack(results_as_printed(program), found.box, found.precision).run(500)
     assert not exceeded(found, worst)
     assert all(entry.error < ratio * error for entry, error in zip(found.entries, worst.error, strict=True))
 
