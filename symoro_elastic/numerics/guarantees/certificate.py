@@ -125,8 +125,8 @@ def nothing_known(parts: Parts) -> Known:
 class Subject:
     """A function, its rounding, and what is known of its nodes: what a certificate is made of.
 
-    `solver` bounds errors of the linear system that it solves, where it does (lemma 8). `is_printed` tells that sums are
-    in the order of the text: put in that order twice, they would have another one.
+    `solver` bounds errors of the linear system that it solves, where it does (lemma 8). `is_printed` tells that sums
+    are in the order of the text: put in that order twice, they would have another one.
     """
 
     function: Function

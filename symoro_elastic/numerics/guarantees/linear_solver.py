@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -16,7 +15,7 @@ from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.grid import largest
 from symoro_elastic.numerics.guarantees.intervals import Interval
-from symoro_elastic.numerics.guarantees.least_inertia import by_intervals, on_grid
+from symoro_elastic.numerics.guarantees.least_inertia import by_intervals, entries_by_intervals, on_cells
 from symoro_elastic.numerics.guarantees.matrix_argument import OUTWARDS, Given, solved
 from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
 from symoro_elastic.numerics.guarantees.running_error import Bounds, running_errors
@@ -25,8 +24,8 @@ from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.program import Program
 
-MOST_POINTS, MORE_POINTS = 20_000, 300_000
-"""Of a grid of positions; with polynomials."""
+MOST_CELLS, MORE_CELLS = 5_000, 100_000
+"""Of positions; with polynomials."""
 SECONDS, DRAWN = 2.0, 500
 """For the range of an entry of b, by polynomials, and states whose middle value is where it is looked for."""
 
@@ -47,17 +46,11 @@ class Solver:
         return None if missing else replace(self, system=system)
 
     @cached_property
-    def _everywhere(self) -> tuple[list[Array], float]:
-        """The W of the whole box, and a bound of the norm of x."""
-        most = MORE_POINTS if self.polynomials else MOST_POINTS
-        middle, half = self._right
-        found = on_grid(self.system.A, self.box, most, middle)
-        if found is None:
-            return [self.rotors], math.inf
-        with np.errstate(invalid="ignore"):
-            spread = half @ found.W[..., 0] @ half
-        norm = math.sqrt(found.squared) + math.sqrt(spread) if math.isfinite(spread) else math.inf
-        return [self.rotors, found.W], norm * OUTWARDS
+    def _everywhere(self) -> tuple[Array, Array]:
+        """Bounds of all entries of the inverse, and of |A^-1 m|, m the middle of the right side, in the whole box."""
+        size = len(self.system.joints)
+        found = on_cells(self.system.A, self.box, MORE_CELLS if self.polynomials else MOST_CELLS, self._right[0])
+        return (found.W, found.solution) if found else (np.full((size, size, 1), np.inf), np.full((size, 1), np.inf))
 
     @cached_property
     def _right(self) -> tuple[Array, Array]:
@@ -81,8 +74,16 @@ class Solver:
     def __call__(self, bounds: Bounds, parts: Parts, adjoints: bool) -> Bounds:
         """Bounds of all nodes, from those by operations; `adjoints` takes lemma 2 to the entries of A and b."""
         given = Given.of(self.system, self._closer(bounds) if adjoints else bounds)
-        everywhere, norm = self._everywhere
-        found = solved(self.system, given, [*everywhere, by_intervals(given.A)], bounds.rounding, norm)
+        entries, solution = self._everywhere
+        middle, half = (x[:, None] for x in self._right)
+        b = given.b.meeting(Interval(middle - half * OUTWARDS, middle + half * OUTWARDS))
+        with np.errstate(invalid="ignore"):
+            most = np.fmin(
+                given.x, solution + (entries * Interval(b.low - middle, b.high - middle).magnitude).sum(axis=1)
+            )
+            entries = np.fmin(entries, entries_by_intervals(given.A))
+        given = replace(given, b=b, x=most * OUTWARDS)
+        found = solved(self.system, given, [self.rotors, by_intervals(given.A)], entries, bounds.rounding)
         inner = [node for node in self._inner if node.id in bounds.range]
         ranges = {node.id: bounds.range[node.id] for node in inner}
         proven: dict[int, Array] = {}

@@ -18,19 +18,29 @@ s (1 + h) = c - sum terms (1 + h'), |h|, |h'| <= g(t + k), g(m) = m u/(1 - m u),
 by Cauchy, and p_i <= A~_ii/(1 - g). The same holds for both substitutions, where matrices R' D^-1 and R are off by
 g(f_i + k) and g(f'_j + k) of their entries. Together (A~ + F) x~ = b~ with
 
-    |F_ik| <= (g(t_ik + k) + g(f_i + k) + max_j g(f'_j + k)) (1 + 4 g) (A~_ii A~_kk)^(1/2)
+    |F_ik| <= sum_j (g(t_ik + k) + g(f_i + k) + g(f'_j + k)) |r_ji||r_jk|/d_j (1 + 4 g)
+           <= (g(t_ik + k) + g(f_i + k) + max_j g(f'_j + k)) (1 + 4 g) (A~_ii A~_kk)^(1/2)
+
+The first is smaller where entries beside the diagonal are: with r_ik = A~_ik - ..., d_j as below,
+
+    |r_ik| <= rho_ik = |A_ik| + E_ik + sum_j rho_ji rho_jk W_jj/(1 - kappa)
 
 **Pivots.** Let E = EA + |F|, c_i = (W_ii)^(1/2), kappa = c' E c < 1. Each A + G with |G| <= E has
 |v' G v| <= kappa v' A v, hence (1 - kappa) A <= A + G <= (1 + kappa) A, and so are Schur complements: the computed d_j
-are within kappa d_j of the exact ones. They are positive: multiply all roundings by s, and let s rise from 0 to 1;
-until some d_j is zero the bounds hold, and d_j is at least 1 - kappa times the exact one, so none gets there.
+are within kappa d_j of the exact ones, which are 1/W_jj or more. They are positive: multiply all roundings by s, and
+let s rise from 0 to 1; until some d_j is zero the bounds hold, and d_j is at least 1 - kappa times the exact one, so
+none gets there.
 
 **Errors.** A (x~ - x) = (b~ - b) - (A~ - A + F) x~ = d. With q = |x~ - x|_A and |x|_A^2 = b' A^-1 b <= B = |b|' W |b|:
 
     |d| <= Eb + E (X + q c) = e + q v,   |x_i| <= X_i <= c_i B^(1/2),   q^2 = d' A^-1 d <= (e + q v)' W (e + q v)
 
 bounds q where v' W v < 1, and |x~_i - x_i| <= c_i q. Several W may be used: each bounds q.
-Where b is within r of some m, |x|_A <= (m' A^-1 m)^(1/2) + (r' W r)^(1/2), too: signs in b count.
+
+**Joint by joint.** The norm does not tell joints apart: a small inertia has the errors of the large ones. Where all
+entries of the inverse are bounded, |A^-1| <= W, so are |x| <= |A^-1 m| + W |b - m|, for any m: signs in b count; and,
+from any bound Y of |x~ - x|, |x~ - x| <= W (e + E Y), of which the smaller counts, and so on. The norm of x profits,
+too: |x|_A^2 = b' x <= |b|' X.
 """
 
 from __future__ import annotations
@@ -49,6 +59,8 @@ from symoro_elastic.symbolic.operations import NEGATE
 
 OUTWARDS = 1 + 1e-9
 """Of sums of numbers that are not negative: more than their rounding."""
+REPEATED = 3
+"""How often bounds of errors are made smaller, joint by joint."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +69,7 @@ class Given:
 
     A: Interval
     A_error: Array
-    b: Array
+    b: Interval
     b_error: Array
     x: Array
 
@@ -69,12 +81,15 @@ class Given:
         def stacked(entries: Sequence[Array]) -> Array:
             return np.array([np.broadcast_to(x, bounds.shape) for x in entries])
 
-        A = [x for row in system.A for x in row]
-        ranges, shape = [_range(x, bounds) for x in A], (size, size, -1)
+        def ranges(entries: Sequence[Operand]) -> Interval:
+            found = [_range(x, bounds) for x in entries]
+            return Interval(stacked([x.low for x in found]), stacked([x.high for x in found]))
+
+        A, shape = [x for row in system.A for x in row], (size, size, -1)
         return cls(
-            Interval(*(stacked([getattr(x, end) for x in ranges]).reshape(shape) for end in ("low", "high"))),
+            Interval(*(end.reshape(shape) for end in ranges(A))),
             stacked([_error(x, bounds) for x in A]).reshape(shape),
-            stacked([_range(x, bounds).magnitude for x in system.right]),
+            ranges(system.right),
             stacked([_error(x, bounds) for x in system.right]),
             stacked([_range(x, bounds).magnitude if _is_known(x, bounds) else np.array(np.inf) for x in system.x]),
         )
@@ -106,28 +121,41 @@ class Solved:
 
 
 def solved(
-    system: LinearSystem, given: Given, bounds_of_inverse: Sequence[Array], rounding: Rounding, norm: float = np.inf
+    system: LinearSystem, given: Given, bounds_of_inverse: Sequence[Array], entries: Array, rounding: Rounding
 ) -> Solved:
     """What lemma 8 proves of a system; `bounds_of_inverse` are W, (n, n, sub-boxes) or (n, n, 1).
 
-    `norm` is what is known of |x|_A in the whole box.
+    `entries` is one that bounds all entries of the inverse; infinite where there is none.
     """
-    diagonal = np.einsum("iib->ib", given.A.high)
+    diagonal, b = np.einsum("iib->ib", given.A.high), given.b.magnitude
     with np.errstate(all="ignore"):
-        inverses = np.array(np.broadcast_arrays(*bounds_of_inverse, given.A.high)[:-1])
+        inverses = np.array(np.broadcast_arrays(*bounds_of_inverse, entries, given.A.high)[:-1])
         c = np.sqrt(np.einsum("wiib->wib", inverses).min(axis=0))
-        size = np.minimum(np.sqrt(_least(_form(inverses, given.b, given.b))), norm)
+        size = np.sqrt(_least(_form(inverses, b, b)))
+        most = np.fmin(np.fmin(given.x, c * size * OUTWARDS), _times(entries, b))
+        size = np.fmin(size, np.sqrt(np.einsum("ib,ib->b", b, most)) * OUTWARDS)
+        most = np.fmin(most, c * size * OUTWARDS)
         lost = _lost(system, diagonal, c, size, rounding)
-        computed = diagonal + np.einsum("iib->ib", given.A_error)
-        F = _of_elimination(system, rounding)[..., None] * np.sqrt(computed[:, None] * computed)
-        E = (given.A_error + F + lost) * OUTWARDS
-        kappa = np.einsum("ib,ikb,kb->b", c, E, c) * OUTWARDS
-        v = np.einsum("ikb,kb->ib", E, c) * OUTWARDS
-        most = np.minimum(given.x, c * size * OUTWARDS)
+        E = (given.A_error + _of_elimination(system, given, c, lost, rounding) + lost) * OUTWARDS
+        kappa, v = _kappa(E, c), np.einsum("ikb,kb->ib", E, c) * OUTWARDS
         e = (given.b_error + np.einsum("ikb,kb->ib", E, most) + lost) * OUTWARDS
         q = np.where(kappa < 1, _least(_largest_norm(inverses, e, v)), np.inf)
-        found = Solved(c * q * OUTWARDS, most, np.where(kappa < 1, kappa, np.inf) * diagonal * OUTWARDS)
+        error = c * q * OUTWARDS
+        for _ in range(REPEATED):
+            error = np.fmin(error, _times(entries, e + _times(E, error)))
+        found = Solved(error, most, np.where(kappa < 1, kappa, np.inf) * diagonal * OUTWARDS)
     return Solved(*(np.where(np.isnan(x), np.inf, x) for x in (found.error, found.magnitude, found.pivot_error)))
+
+
+def _times(W: Array, x: Array) -> Array:
+    """W x by sub-box, of numbers that are not negative."""
+    found: Array = (W * x).sum(axis=1) * OUTWARDS
+    return found
+
+
+def _kappa(E: Array, c: Array) -> Array:
+    found: Array = np.einsum("ib,ikb,kb->b", c, E, c) * OUTWARDS
+    return found
 
 
 def _form(W: Array, x: Array, y: Array) -> Array:
@@ -150,15 +178,29 @@ def _largest_norm(W: Array, e: Array, v: Array) -> Array:
     return found
 
 
-def _of_elimination(system: LinearSystem, rounding: Rounding) -> Array:
-    """|F_ik| over the root of A~_ii A~_kk."""
+def _of_elimination(system: LinearSystem, given: Given, c: Array, lost: Array, rounding: Rounding) -> Array:
+    """|F_ik| by sub-box: by the diagonal, and by the rows of R where these are known."""
 
     def g(count: Array) -> Array:
         times = (count + system.roundings) * rounding.u
         return times / (1 - times)
 
-    counts = g(system.shared) + g(system.forward)[:, None] + g(system.backward).max()
-    found: Array = counts * (1 + 4 * counts.max())
+    shared, backward = g(system.shared) + g(system.forward)[:, None], g(system.backward)
+    more = 1 + 4 * (shared.max() + backward.max())
+    computed = np.einsum("iib->ib", given.A.high + given.A_error)
+    F: Array = ((shared + backward.max()) * more)[..., None] * np.sqrt(computed[:, None] * computed)
+    E = (given.A_error + F + lost) * OUTWARDS
+    left = 1 - _kappa(E, c)
+    inverse = np.where(left > 0, c**2 / left, np.inf)
+    rho, most = given.A.magnitude + E, np.sqrt(computed[:, None] * computed) * more
+    by_rows = np.zeros_like(F)
+    for j in range(len(rho)):
+        row = np.minimum(rho[j, j:], most[j, j:])
+        terms = row[:, None] * row * inverse[j]
+        terms[0] = terms[:, 0] = row
+        by_rows[j:, j:] += (shared[j:, j:] + backward[j])[..., None] * terms
+        rho[j + 1 :, j + 1 :] += terms[1:, 1:]
+    found: Array = np.fmin(F, by_rows * more * OUTWARDS)
     return found
 
 

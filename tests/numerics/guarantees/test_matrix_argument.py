@@ -18,9 +18,11 @@ from symoro_elastic.machine.scene import AUTO, INERTIA, RECURSION, Scene
 from symoro_elastic.mechanics.factorization import factorization, share_or_one, solution
 from symoro_elastic.models.linear_system import OF_TERM, LinearSystem, linear_system
 from symoro_elastic.numerics.arrays import arithmetic
+from symoro_elastic.numerics.guarantees.certificate import Subject
 from symoro_elastic.numerics.guarantees.certificates import Effort, subject_of
 from symoro_elastic.numerics.guarantees.intervals import Interval
-from symoro_elastic.numerics.guarantees.least_inertia import by_intervals, by_rotors, on_grid
+from symoro_elastic.numerics.guarantees.inverse_on_cells import verified
+from symoro_elastic.numerics.guarantees.least_inertia import by_intervals, by_rotors, entries_by_intervals, on_cells
 from symoro_elastic.numerics.guarantees.matrix_argument import Given, solved
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.symbolic.arithmetic import evaluate
@@ -28,10 +30,11 @@ from symoro_elastic.symbolic.expression import Operand
 from tests.benchmarks.certificates import exceeded
 from tests.numerics.guarantees.attack import Attack, results_as_printed
 from tests.numerics.guarantees.boxes import limits_of_test
-from tests.references.random_machines import random_machine
+from tests.references.random_machines import chain, random_machine
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 Array = NDArray[np.float64]
+DOUBLES = arithmetic(np.float64)
 
 
 def dense_system(size: int) -> LinearSystem:
@@ -72,10 +75,15 @@ def test_errors_of_an_elimination_stay_below_the_bound(spread: float) -> None:
         b_error = 4e-6 * draw.uniform(0.5, 1, size) * np.abs(b)
         unknown = np.full((size, 1), np.inf)
         given = Given(
-            Interval(A[..., None], A[..., None]), A_error[..., None], abs(b)[:, None], b_error[:, None], unknown
+            Interval(A[..., None], A[..., None]),
+            A_error[..., None],
+            Interval(b[:, None], b[:, None]),
+            b_error[:, None],
+            unknown,
         )
-        inverse = np.abs(np.linalg.inv(A)) * (1 + 1e-9)
-        found = solved(dense_system(size), given, [inverse[..., None]], ROUNDINGS["single"])
+        inverse = (np.abs(np.linalg.inv(A)) * (1 + 1e-9))[..., None]
+        entries = inverse if draw.random() < 0.5 else np.full_like(inverse, np.inf)
+        found = solved(dense_system(size), given, [inverse], entries, ROUNDINGS["single"])
         if np.isfinite(found.error).all():
             x, pivots = eliminated(nearly(draw, A, A_error), nearly(draw, b, b_error))
             error = np.abs(np.array(x, float) - np.linalg.solve(A, b))
@@ -94,29 +102,50 @@ def planar(scale: float) -> DescribedMachine:
     return replace(DescribedMachine.of(machine), limits=limits_of_test(machine, scale))
 
 
-@pytest.mark.parametrize("scale", [1.0, 0.2])
-def test_bounds_of_the_inverse_hold_between_the_points_of_the_grid(scale: float) -> None:
-    machine = planar(scale)
+def matrices(subject: Subject, states: int, seed: int) -> Array:
+    """Inertia matrices of a direct model at drawn states, (states, n, n)."""
+    assert subject.solver is not None
+    rows = subject.solver.system.A
+    value = evaluate([x for row in rows for x in row], subject.box.states(states, np.random.default_rng(seed)), DOUBLES)
+    found = np.array([np.broadcast_to(value(x), states) for row in rows for x in row])
+    return np.moveaxis(found.reshape(len(rows), len(rows), states), -1, 0)
+
+
+def with_slide() -> DescribedMachine:
+    """Two joints that turn and one that slides between them."""
+    machine = chain(3, prismatic=(2,), symbolic=False)
+    return replace(DescribedMachine.of(machine), limits=limits_of_test(machine, 0.5))
+
+
+@pytest.mark.parametrize("machine", [planar(1.0), planar(0.2), with_slide()], ids=["turns", "arcs", "slide"])
+def test_bounds_of_the_inverse_hold_everywhere(machine: DescribedMachine) -> None:
     asked = programs(machine, Scene(models=("direct_dynamics",), form=INERTIA))
     subject = subject_of(asked, machine, machine.limits, asked.package.functions[0], ROUNDINGS["double"])
     assert subject.solver is not None
-    system, box = subject.solver.system, subject.box
-    direction = np.array([1.0, -0.4])
-    grid = on_grid(system.A, box, 200, direction)
-    assert grid is not None
-    states = box.states(20_000, np.random.default_rng(1))
-    value = evaluate([x for row in system.A for x in row], states, arithmetic(np.float64))
-    A = np.array([np.broadcast_to(value(x), 20_000) for row in system.A for x in row]).reshape(2, 2, -1)
-    inverse = np.linalg.inv(np.moveaxis(A, -1, 0))
-    drawn = np.random.default_rng(2).normal(size=(20_000, 2))
-    largest = np.einsum("ki,kij,kj->k", drawn, inverse, drawn)
-    bound = np.einsum("ki,ij,kj->k", np.abs(drawn), grid.W[..., 0], np.abs(drawn))
-    assert (largest <= bound).all()
-    assert np.einsum("i,kij,j->k", direction, inverse, direction).max() <= grid.squared
-    assert grid.W[0, 0, 0] < 1.1 * inverse[:, 0, 0].max()
-    ends = Interval(A.min(axis=2)[..., None], A.max(axis=2)[..., None])
+    A = matrices(subject, 20_000, 1)
+    size = A.shape[-1]
+    assert np.ptp(A, axis=0).max() > 0
+    direction = np.linspace(1.0, -0.4, size)
+    cells = on_cells(subject.solver.system.A, subject.box, 2000, direction)
+    assert cells is not None
+    inverse = np.linalg.inv(A)
+    largest = np.abs(inverse).max(axis=0)
+    assert (largest <= cells.W[..., 0]).all()
+    assert (np.abs(inverse @ direction).max(axis=0) <= cells.solution[:, 0]).all()
+    assert np.diagonal(cells.W[..., 0]) == pytest.approx(np.diagonal(largest), rel=0.6)
+    ends = Interval(A.min(axis=0)[..., None], A.max(axis=0)[..., None])
+    assert (largest <= entries_by_intervals(ends)[..., 0]).all()
+    drawn = np.random.default_rng(2).normal(size=(20_000, size))
     W = by_intervals(ends)[..., 0]
-    assert np.isinf(W).all() or (largest <= np.einsum("ki,ij,kj->k", np.abs(drawn), W, np.abs(drawn))).all()
+    bound = np.einsum("ki,ij,kj->k", np.abs(drawn), W, np.abs(drawn))
+    assert np.isinf(W).all() or (np.einsum("ki,kij,kj->k", drawn, inverse, drawn) <= bound).all()
+
+
+def test_an_inverse_that_is_not_bounded_is_told() -> None:
+    G = np.array([[[0.5, 0.6], [0.6, 0.5]], [[0.1, 0.2], [0.2, 0.1]]])
+    found = verified(np.tile(np.eye(2), (2, 1, 1)), G, np.tile(np.eye(2), (2, 1, 1)))
+    assert np.isinf(found[0]).all()
+    assert found[1] == pytest.approx(np.linalg.inv(np.eye(2) - G[1]), rel=1e-5)
 
 
 def test_rotors_bound_the_inverse_by_themselves() -> None:

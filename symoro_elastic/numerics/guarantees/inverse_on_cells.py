@@ -1,0 +1,245 @@
+"""Entries of the inverse of a matrix of polynomials: bounds in all cells of a box of positions.
+
+With any C and G >= |1 - C A|, A^-1 = C + (1 - C A) A^-1 has |A^-1| <= |C| + G |A^-1|. Hence
+
+    W > 0,   W - G W >= |C|        proves that A is regular, and |A^-1| <= W
+
+for 1 - G is an M-matrix then, whose inverse has no entry below zero; likewise y - G y >= |C d| that |A^-1 d| <= y.
+
+**Cells.** Let A(q) be a matrix of polynomials, and C near its inverse in the middle m of a cell with half widths h_j.
+Along each axis A is its value at m and a sum of functions that are at most b in the cell: for turns sin k(q - m) with
+b = sin(k h), and cos k(q - m) - 1 with b = 1 - cos(k h), for slides ((q - m)/h)^k with b = 1. With A_S the coefficients
+of products of such functions, other axes being at m,
+
+    |1 - C A| <= |1 - C A(m)| + sum b |C A_S|  (one function)  +  |C| sum b b' |A_S|  (two)  +  |C| R  (more)
+
+Signs of what moves with one angle count, so the determinant does; wrist angles may have wide cells. R is the same in
+all cells: sum |c_k| times products of three or more of the most by which functions of the basis differ from those at m.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from symoro_elastic.foundation.array_types import Array, IndexArray
+from symoro_elastic.machine.limits import Range
+from symoro_elastic.numerics.guarantees.axes import TURN, Axis
+
+SLACK = 1e-6
+"""Of W: by how much it is larger than needed, so that rounding does not break its inequality."""
+ROUNDING = 1e-12
+AT_ONCE = 4000
+"""Cells that are looked at together."""
+SAMPLED, WORST = 3, 48
+"""Positions along an axis, and cells among them, that decide how many cells it has."""
+SMALL = 0.3
+"""Spectral radius of G: smaller cells are not worth their time."""
+
+
+def verified(C: Array, G: Array, right: Array) -> Array:
+    """W (.., n, m) with W - G W >= |right|, for matrices (.., n, n); infinite where none is found."""
+    found = np.full_like(right, np.inf)
+    able = np.flatnonzero(np.isfinite(G).all(axis=(1, 2)) & np.isfinite(C).all(axis=(1, 2)))
+    able = able[np.abs(np.linalg.eigvals(G[able])).max(axis=1, initial=0.0) < 1 - SLACK]
+    G, right = G[able], np.abs(right[able])
+    more = right * (1 + SLACK) + SLACK * right.max(axis=(1, 2), keepdims=True, initial=0.0)
+    W = np.linalg.solve(np.eye(G.shape[-1]) - G, more)
+    left = W - G @ W * (1 + ROUNDING)
+    proven = np.min((W > 0) & (left >= right * (1 + ROUNDING)), axis=(1, 2))
+    found[able[proven]] = W[proven]
+    return found
+
+
+def near_inverses(matrices: Array) -> Array:
+    """About the inverses of matrices (.., n, n), infinite where one is not positive definite."""
+    found = np.full_like(matrices, np.inf)
+    able = np.flatnonzero(np.isfinite(matrices).all(axis=(1, 2)))
+    able = able[np.linalg.eigvalsh(matrices[able])[:, 0] > 0]
+    found[able] = np.linalg.inv(matrices[able])
+    return found
+
+
+Product: TypeAlias = tuple[tuple[int, int], ...]
+"""A product of functions of a cell, by axis and number; empty: 1."""
+Products: TypeAlias = Mapping[Product, Array]
+"""Coefficients (cells, n, n) by product."""
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """Of some cells: C, |C A_S| where S is one function, and |A_S| where it is two."""
+
+    C: Array
+    ones: Products
+    twos: Products
+
+    def chosen(self, cells: IndexArray) -> _Parts:
+        """Those of some of the cells."""
+        ones, twos = ({key: x[cells] for key, x in of.items()} for of in (self.ones, self.twos))
+        return _Parts(self.C[cells], ones, twos)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A matrix of polynomials by its coefficients (functions of each axis, n, n), and a box of positions.
+
+    `off` bounds the errors of its entries, which are at most 1.
+    """
+
+    coefficients: Array
+    axes: Sequence[Axis]
+    box: Sequence[Range]
+    off: float
+
+    @classmethod
+    def of(cls, at_nodes: Array, axes: Sequence[Axis], box: Sequence[Range], off: float) -> Cells:
+        """Those of the values at the nodes of all axes."""
+        values = at_nodes
+        for j, axis in enumerate(axes):
+            values = np.moveaxis(np.tensordot(axis.from_values, values, axes=(1, j)), 0, j)
+        return cls(values, axes, box, off)
+
+    def bounds(self, most: int, d: Array) -> Array | None:
+        """Bounds of |A^-1| and, in the last column, of |A^-1 d|, from at most so many cells; None where none are."""
+        counts = self._counts(most)
+        if counts is None:
+            return None
+        halves = self._halves(counts)
+        middles = [self._middles(j, h, n) for j, (h, n) in enumerate(zip(halves, counts, strict=True))]
+        largest = np.zeros((len(d), len(d) + 1))
+        for part in _slabs(middles):
+            found = self._parts(part)
+            right = np.concatenate([found.C, (found.C @ d)[..., None]], axis=2)
+            W = verified(found.C, self._G(found, halves), right)
+            if not np.isfinite(W).all():
+                return None
+            largest = np.maximum(largest, W.max(axis=0))
+        return largest
+
+    def _middles(self, j: int, half: float, count: int) -> Array:
+        return np.asarray(self.box[j].low + (2 * np.arange(count) + 1) * half, dtype=float)
+
+    def _halves(self, counts: Sequence[int]) -> list[float]:
+        return [(x.high - x.low) / 2 / n * (1 + ROUNDING) for x, n in zip(self.box, counts, strict=True)]
+
+    def _counts(self, most: int) -> Sequence[int] | None:
+        """How many cells each axis has: each time more along the axis where G falls most; None where G stays large."""
+        part = (np.arange(SAMPLED) + 0.5) / SAMPLED
+        found = self._parts([x.low + (x.high - x.low) * part for x in self.box])
+        found = found.chosen(np.argsort(np.abs(found.C).max(axis=(1, 2)))[-WORST:])
+
+        def radius(counts: Sequence[int]) -> float:
+            G = self._G(found, self._halves(counts))
+            return float(np.abs(np.linalg.eigvals(G)).max()) if np.isfinite(G).all() else math.inf
+
+        counts = [1] * len(self.axes)
+        best = radius(counts)
+        while counts and SMALL < best < math.inf:
+            more = [[n + (n // 2 + 1) * (i == j) for i, n in enumerate(counts)] for j in range(len(counts))]
+            radii = [radius(one) for one in more]
+            gains = [
+                math.log(best / r) / math.log(new[j] / counts[j])
+                for j, (r, new) in enumerate(zip(radii, more, strict=True))
+            ]
+            j = int(np.argmax(gains))
+            if math.prod(more[j]) > most:
+                break
+            counts, best = more[j], radii[j]
+        return counts if best < 1 else None
+
+    def _parts(self, middles: Sequence[Array]) -> _Parts:
+        size = self.coefficients.shape[-1]
+        local = [_local(axis, x) for axis, x in zip(self.axes, middles, strict=True)]
+        found = {key: x.reshape(-1, size, size) for key, x in _products(self.coefficients, local)}
+        C = near_inverses(found[()])
+        ones: dict[Product, Array] = {key: np.abs(C @ x) for key, x in found.items() if len(key) == 1}
+        ones[()] = np.abs(np.eye(size) - C @ found[()]) + self.off * np.abs(C).sum(axis=2, keepdims=True)
+        return _Parts(C, ones, {key: np.abs(x) for key, x in found.items() if len(key) == 2})
+
+    def _G(self, found: _Parts, halves: Sequence[float]) -> Array:
+        """A bound of |1 - C A| in cells of these half widths."""
+        b = [_largest(axis, h) for axis, h in zip(self.axes, halves, strict=True)]
+
+        def summed(of: Products) -> Array:
+            return sum((math.prod(b[j][k] for j, k in key) * x for key, x in of.items()), np.zeros_like(found.C))
+
+        G: Array = summed(found.ones) + np.abs(found.C) @ (summed(found.twos) + self._of_more(halves))
+        more: Array = ROUNDING * np.abs(found.C).sum(axis=2, keepdims=True)
+        return G * (1 + ROUNDING) + more
+
+    def _of_more(self, halves: Sequence[float]) -> Array:
+        """R: what products of three or more functions add, anywhere."""
+        orders = [np.asarray(x) for x in (1.0, 0.0, 0.0, 0.0)]
+        for j, (axis, h) in enumerate(zip(self.axes, halves, strict=True)):
+            change = _change(axis, h).reshape([-1 if i == j else 1 for i in range(len(self.axes))])
+            none, one, two, more = orders
+            orders = [none, one + none * change, two + one * change, more * (1 + change) + two * change]
+        axes = tuple(range(len(self.axes)))
+        return np.asarray((np.abs(self.coefficients) * orders[3][..., None, None]).sum(axis=axes))
+
+
+def _products(values: Array, local: Sequence[Array]) -> Iterator[tuple[Product, Array]]:
+    """Coefficients (points of all axes, entries) of products of up to two functions, from those of the basis."""
+    found: list[tuple[Product, Array]] = [((), values.reshape(1, -1))]
+    for j, functions in enumerate(local):
+        found = [
+            (key + ((j, k),) * (k > 0), np.matmul(functions[:, k], rows).reshape(len(rows) * len(functions), -1))
+            for key, x in found
+            for rows in [x.reshape(len(x), functions.shape[2], -1)]
+            for k in range(functions.shape[1] if len(key) < 2 else 1)
+        ]
+    yield from found
+
+
+def _local(axis: Axis, middles: Array) -> Array:
+    """Functions of a basis as sums of 1 and of those of a cell: (points, functions of the cell, of the basis).
+
+    For slides ((q - m)/half)^k: how wide the cell is counts in `_largest`.
+    """
+    if axis.kind != TURN:
+        y = (middles - axis.middle) / axis.half
+        basis = np.eye(axis.degree + 1)
+        parts = [chebyshev.chebval(y, chebyshev.chebder(basis, k)) / math.factorial(k) for k in range(axis.degree + 1)]
+        return np.moveaxis(np.array(parts), -1, 0)
+    orders = np.array(axis.orders)
+    is_sine = (np.arange(len(orders)) % 2 == 0) & (orders > 0)
+    phase = orders * middles[:, None] - np.where(is_sine, np.pi / 2, 0.0)
+    parts = [np.cos(phase)]
+    for k in range(1, axis.degree + 1):
+        parts += [np.where(orders == k, -np.sin(phase), 0.0), np.where(orders == k, np.cos(phase), 0.0)]
+    return np.stack(parts, axis=1)
+
+
+def _largest(axis: Axis, half: float) -> list[float]:
+    """The largest magnitude of each function of a cell."""
+    if axis.kind != TURN:
+        return [(half / axis.half) ** k for k in range(axis.degree + 1)]
+    found = [1.0]
+    for k in range(1, axis.degree + 1):
+        found += [math.sin(min(k * half, math.pi / 2)), 1 - math.cos(min(k * half, math.pi))]
+    return found
+
+
+def _change(axis: Axis, half: float) -> Array:
+    """By how much functions of the basis change at most, from the middle of a cell."""
+    k = np.array(axis.orders, dtype=float)
+    if axis.kind != TURN:
+        return np.minimum(2.0, k**2 * half / axis.half)
+    return np.asarray(2 * np.sin(np.minimum(k * half, math.pi) / 2))
+
+
+def _slabs(points: Sequence[Array]) -> Iterator[Sequence[Array]]:
+    """Parts of a grid, along its longest axis."""
+    if not points:
+        yield points
+        return
+    j = max(range(len(points)), key=lambda k: len(points[k]))
+    step = max(1, AT_ONCE * len(points[j]) // math.prod(map(len, points)))
+    for start in range(0, len(points[j]), step):
+        yield [*points[:j], points[j][start : start + step], *points[j + 1 :]]
