@@ -29,7 +29,7 @@ from symoro_elastic.numerics.guarantees.wording import at_least, at_most
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression, Operand
 from symoro_elastic.symbolic.operations import DIVIDE
-from tests.benchmarks.certificates import with_values
+from tests.benchmarks.certificates import exceeded, with_values
 from tests.closed_chains.machines import machine as closed_machine
 from tests.command_line import refused, run
 from tests.numerics.guarantees.attack import ROUNDED, SLACK, Attack, results_as_printed
@@ -186,6 +186,40 @@ def test_the_bounds_are_near_where_joints_slide_or_bend() -> None:
         worst = Attack(results_of(machine, model), found.box, "double").run(4000, rounds=10)
         ratios = [entry.error / most for entry, most in zip(found.entries, worst.error, strict=True) if most]
         assert max(ratios) < 10
+
+
+DRY = {"viscous": 0.5, "coulomb": 0.7}
+FORCES: dict[str, tuple[dict[str, object], str]] = {
+    "dry friction": ({"friction": {"hinge": DRY}}, ""),
+    "creep": ({"friction": {"hinge": {**DRY, "creep": 1e-3}}}, ""),
+    "Stribeck": ({"friction": {"hinge": {**DRY, "static": 0.9, "stribeck": 0.05}}}, ""),
+    "backlash": ({"springs": {"spring": {"stiffness": 500, "damping": 1, "backlash": 0.002}}}, ""),
+    "friction that rises with the load": ({"friction": {"hinge": {**DRY, "load": 0.02}}}, "load has no limits"),
+    "bristles": ({"friction": {"hinge": {**DRY, "bristle": 200, "bristle_damping": 0.05}}}, "z has no limits"),
+}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("model", ["inverse_dynamics", "direct_dynamics"])
+@pytest.mark.parametrize("force", FORCES)
+def test_certificates_with_forces_of_joints_hold_or_are_refused(force: str, model: str) -> None:
+    more, refusal = FORCES[force]
+    joints = [
+        *HINGE["joints"],  # type: ignore[misc]
+        {"name": "spring", "antecedent": "hinge", "kind": "elastic", "sigma": 0, "theta": "q2", "alpha": "90 deg"},
+    ]
+    bodies = {**HINGE["bodies"], "spring": {"mass": 0.5, "inertia": [0.05, 0.04, 0.05]}}  # type: ignore[dict-item]
+    springs = {"springs": {"spring": {"stiffness": 500}}}
+    whole = {name: x for name, x in HINGE.items() if name != "limits"}
+    machine = limited(se.read({**whole, "joints": joints, "bodies": bodies, **springs, **more}), 0.5)
+    if refusal:
+        with pytest.raises(InputError, match=refusal):
+            certified(machine, model)
+        return
+    found = certified(machine, model)
+    worst = Attack(results_of(machine, model), found.box, "double").run(100_000)
+    assert any(entry.guarantee is Guarantee.PROVEN for entry in found.entries)
+    assert not exceeded(found, worst)
 
 
 def test_a_pivot_that_vanishes_is_not_bounded_and_is_named() -> None:
