@@ -57,14 +57,20 @@ class Writer:
         self, arguments: Mapping[str, Indices], used: Iterable[str], read: Mapping[str, str] | None = None
     ) -> list[str]:
         """The entries of arrays that are used, by name; `read` says how those of an array are found: `{array}[{k}]`."""
+        return [*self.unpacked(arguments, used, read).values()]
+
+    def unpacked(
+        self, arguments: Mapping[str, Indices], used: Iterable[str], read: Mapping[str, str] | None = None
+    ) -> dict[str, str]:
+        """The lines of `unpack` by the names that they define."""
         used, read, dialect = set(used), read or {}, self.dialect
-        return [
-            f"    {dialect.declare}{symbol} = "
+        return {
+            symbol: f"    {dialect.declare}{symbol} = "
             f"{read.get(array, '{array}[{k}]').format(array=array, k=index)}{dialect.end}"
             for array, symbols in arguments.items()
             for symbol, index in symbols.items()
             if symbol in used
-        ]
+        }
 
     def statements(self, statements: Sequence[Statement]) -> list[str]:
         """Assignments below the headings of their sections."""

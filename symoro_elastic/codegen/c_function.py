@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from symoro_elastic.codegen.body import C, Indices, Writer, positions_by_name
 from symoro_elastic.codegen.c_constants import Literals, declaration
 from symoro_elastic.codegen.c_lines import INDENT, statement
+from symoro_elastic.codegen.c_near_use import NOTHING, Around, near_use
 from symoro_elastic.codegen.c_printers import CPrinter, Form, angles_of, printer_of
 from symoro_elastic.codegen.c_results import Stored, copies
 from symoro_elastic.codegen.c_results import lines as result_lines
@@ -75,12 +76,19 @@ class CWriter(Writer):
         super().__init__(printer, replace(C, declare=f"const {type_} "), joints)
         self.c_printer, self.number = printer, number
 
-    def statements(self, statements: Sequence[Statement], known: Iterable[str] = ()) -> list[str]:
+    def statements(
+        self, statements: Sequence[Statement], known: Iterable[str] = (), around: Around = NOTHING
+    ) -> list[str]:
         """Assignments below the headings of their sections; numbers that are `known` are not declared."""
         lines: list[str] = []
         declared = {*known}
+        before, after = around
         for section, group in by_section(statements):
-            assignments = [self.assignment(one) for one in group]
+            assignments = [
+                line
+                for one in group
+                for line in (*before.get(one.name, ()), self.assignment(one), *after.get(one.name, ()))
+            ]
             used = {literal.name: literal for one in group for literal in self.c_printer.named(one)}
             numbers = [declaration(literal, self.number) for name, literal in used.items() if name not in declared]
             declared |= used.keys()
@@ -136,7 +144,7 @@ class CFunction:
         if self.outline:
             self.parts, self.slots = self.outline.parts, self.outline.slots
         else:
-            self.parts, self.slots = partition(self.steps, at_end)
+            self.parts, self.slots = partition(self.steps, at_end, apart=self.form.near_use)
         self.once_parts, self.once_slots = partition(self._steps(program.once), self.constants)
         size = f"{self.macro}_{self.function.name.upper()}_CONSTANTS"
         self.c = [Array(self.form.real, "c", size, len(self.constants))] if self.constants else []
@@ -264,13 +272,23 @@ class CFunction:
         used = {name for name, group in groups.items() if part.uses & group.keys()} | (part.uses & set(SINCOS))
         used |= {SPILL} if part.spills or copied else set()
         used |= {r.name for r in self.results} - set(self.unused()) if stored else set()
-        lines = [
-            *self.writer.unpack(self.entries, part.uses, dict.fromkeys(self.entries, self.form.load)),
-            *self._of_parameters({"p": self.indices, "c": c}, part.uses),
-            *self._lines(part, self.writer),
-        ]
+        loads = self.writer.unpacked(self.entries, part.uses, dict.fromkeys(self.entries, self.form.load))
+        loads |= self._of_parameters({"p": self.indices, "c": c}, part.uses)
+        values = [one.value for one in stored]
+        if self.form.near_use and not copied:
+            lines, results = self._near_use(part, loads, zip(values, results, strict=True))
+        else:
+            lines = [*loads.values(), *self._lines(part, self.writer)]
         lines += ["", f"{INDENT}/* Results. */", *results] if stored else []
         return PartText(lines, [a for a in arrays if a.name in used])
+
+    def _near_use(
+        self, part: Part, loads: Mapping[str, str], results: Iterable[tuple[str, str]]
+    ) -> tuple[list[str], list[str]]:
+        """Statements with loads and stores around them, and lines at the end."""
+        loads = {**loads, **self._from_spill(part, self.writer)}
+        around, at_end = near_use([*part.steps], loads, [*_to_spill(part), *results])
+        return self.writer.statements([step.statement for step in part.steps], around=around), at_end
 
     def _without_copied(self, part: Part, results: Sequence[str]) -> Part:
         """A part that reads from the spill array only what its statements and the lines of its results name."""
@@ -279,23 +297,33 @@ class CFunction:
         return replace(part, live_in={name: slot for name, slot in part.live_in.items() if name in named})
 
     def _once_part(self, part: Part, constants: Sequence[str]) -> PartText:
-        lines = [*self._of_parameters({"p": self.indices}, part.uses), *self._lines(part, self.once_writer)]
+        loads = self._of_parameters({"p": self.indices}, part.uses)
+        lines = [*loads.values(), *self._lines(part, self.once_writer)]
         lines += ["", *(f"{INDENT}c[{k}] = {name};" for k, name in enumerate(constants))] if constants else []
         arrays = [self.p] if part.uses & self.indices.keys() else []
         arrays += [Array(self.form.real, SPILL, str(self.once_slots), 1, True)] if part.spills else []
         arrays += self.c_written if constants else []
         return PartText(lines, arrays)
 
-    def _lines(self, part: Part, writer: Writer) -> list[str]:
+    def _lines(self, part: Part, writer: CWriter) -> list[str]:
         """Statements, between variables read from and written to the spill array."""
-        read = writer.unpack({SPILL: {name: str(k) for name, k in part.live_in.items()}}, part.uses)
+        read = self._from_spill(part, writer).values()
         lines = [*read, *writer.statements([s.statement for s in part.steps])]
-        spilled = [f"{INDENT}{SPILL}[{k}] = {name};" for name, k in part.live_out.items()]
+        spilled = [line for _, line in _to_spill(part)]
         return [*lines, "", *spilled] if spilled else lines
 
-    def _of_parameters(self, groups: Mapping[str, Indices], used: Iterable[str]) -> list[str]:
+    def _from_spill(self, part: Part, writer: CWriter) -> dict[str, str]:
+        """Variables of other parts."""
+        return writer.unpacked({SPILL: {name: str(k) for name, k in part.live_in.items()}}, part.uses)
+
+    def _of_parameters(self, groups: Mapping[str, Indices], used: Iterable[str]) -> dict[str, str]:
         """Parameters and what depends on them only, by name."""
-        return self.once_writer.unpack(groups, used, {"p": self.form.load_parameter})
+        return self.once_writer.unpacked(groups, used, {"p": self.form.load_parameter})
+
+
+def _to_spill(part: Part) -> list[tuple[str, str]]:
+    """Variables that other parts need, and the lines that store them."""
+    return [(name, f"{INDENT}{SPILL}[{k}] = {name};") for name, k in part.live_out.items()]
 
 
 def _size(shape: Sequence[int], names: Mapping[int, str]) -> str:

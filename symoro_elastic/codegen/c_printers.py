@@ -57,7 +57,8 @@ class Form:
     `operand` is how an operand of a function is written, if not a variable. Blocks that repeat
     in long programs are functions, whose arguments are places in arrays: from `outlined` times as many statements on as
     for one state, nowhere if it is 0. Functions that leave rows do not store entries that repeat others, where these
-    are many: rows of many states are written after them.
+    are many: rows of many states are written after them. Where numbers are `near_use` they are loaded before the
+    statement that needs them first and stored after the one that finds them.
     """
 
     number: str
@@ -75,6 +76,7 @@ class Form:
     operand: str = "{}"
     outlined: int = 0
     leaves_rows: bool = False
+    near_use: bool = False
 
 
 def angles_of(program: Program) -> list[Expression]:

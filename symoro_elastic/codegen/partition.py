@@ -40,9 +40,12 @@ class Part:
 
 
 def partition(
-    steps: Sequence[Step], needed_at_end: Iterable[str], longest: int = LONGEST_PART
+    steps: Sequence[Step], needed_at_end: Iterable[str], longest: int = LONGEST_PART, apart: bool = False
 ) -> tuple[list[Part], int]:
-    """Return parts of almost equal length, and the number of slots of the spill array."""
+    """Return parts of almost equal length, and the number of slots of the spill array.
+
+    With `apart` no part writes to a slot that it reads, so that it may do both in any order.
+    """
     count = max(1, ceil(len(steps) / longest))
     bounds = [len(steps) * k // count for k in range(count + 1)]
     pieces = [steps[first:last] for first, last in pairwise(bounds)]
@@ -53,8 +56,10 @@ def partition(
     for k, piece in enumerate(pieces):
         made = [step.statement.name for step in piece]
         live_in = {name: slots.of[name] for name in sorted(uses[k] & slots.of.keys())}
-        slots.release([name for name in live_in if last_use[name] == k])
+        done = [name for name in live_in if last_use[name] == k]
+        slots.release([] if apart else done)
         live_out = slots.assign([name for name in made if last_use.get(name, k) > k])
+        slots.release(done if apart else [])
         parts.append(Part(piece, frozenset(uses[k]), live_in, live_out))
     return parts, slots.count
 

@@ -117,21 +117,25 @@ INLINE void sincos_near(const angles *restrict angle, angles *restrict sine, ang
     s.number = r + ((rest - (half*rest)) + ((r*z)*s_3));
     c.number = 1.0 - ((half - (zz*c_4)) + (r*rest));
     const bits exchange = (0U - (quarter.bits & 1U)) & (s.bits ^ c.bits);
-    s.bits ^= exchange ^ ((quarter.bits & 2U) << 62);
-    c.bits ^= exchange ^ (((quarter.bits + 1U) & 2U) << 62);
+    const uint64_t minus = (uint64_t)2U << 62;
+    const bits sign = quarter.bits << 62;
+    s.bits ^= exchange ^ (sign & minus);
+    c.bits ^= exchange ^ ((sign + minus/2U) & minus);
     *sine = s.number;
     *cosine = c.number;
 }
 
 INLINE void sincos_lanes(size_t count, const angles *restrict angle, angles *restrict sine, angles *restrict cosine)
 {
-    const double *lanes = (const double *)angle;
+    angles squares = {0}; /* their sum is large where an angle is: one test for all of them */
+    const double *lanes = (const double *)&squares;
     uint64_t large = 0;
-    for (size_t lane = 0; lane < count*WIDTH; lane++) {
-        large |= !(fabs(lanes[lane]) <= LARGEST_ANGLE);
-    }
     for (size_t k = 0; k < count; k++) {
+        squares += angle[k]*angle[k];
         sincos_near(&angle[k], &sine[k], &cosine[k]);
+    }
+    for (size_t lane = 0; lane < WIDTH; lane++) {
+        large |= !(lanes[lane] <= LARGEST_ANGLE*fabs(LARGEST_ANGLE));
     }
     for (size_t k = 0; k < count && large != 0; k++) {
         const angles one = angle[k]; /* a copy, so that the angles themselves stay in registers */
@@ -148,60 +152,59 @@ NOINLINE void planar_2r_direct_dynamics_lanes(
     angles cosine[2];
     sincos_lanes(2U, angle, sine, cosine);
 
-    const numbers qd1 = LOAD(qd + 0*states);
-    const numbers qd2 = LOAD(qd + 1*states);
-    const numbers tau1 = LOAD(tau + 0*states);
-    const numbers tau2 = LOAD(tau + 1*states);
-    const double g0 = p[PLANAR_2R_P_g0];
-    const double m2 = p[PLANAR_2R_P_m2];
-    const double l1 = p[PLANAR_2R_P_l1];
-    const double MS1_x = c[0];
-    const double J1_yy = c[1];
-    const double MS2_x = c[2];
-    const double Hinv2 = c[3];
-    const double UH2_2 = c[4];
-    const double K2_22a = c[5];
-    const double K2_22b = c[6];
-    const double Js1_66a = c[7];
-
     /* Forward recursion: velocities, joint 1 (shoulder) [1], [3], [7], [14]. */
     const numbers sin_q1 = sine[0];
     const numbers cos_q1 = cosine[0];
+    const double g0 = p[PLANAR_2R_P_g0];
     const numbers Vk1_1 = g0*sin_q1;
     const numbers Vk1_2 = g0*cos_q1;
+    const double MS1_x = c[0];
     const numbers b1_6 = -MS1_x*Vk1_2;
 
     /* Forward recursion: velocities, joint 2 (elbow) [1], [3], [7], [14]. */
     const numbers sin_q2 = sine[1];
     const numbers cos_q2 = cosine[1];
+    const numbers qd1 = LOAD(qd + 0*states);
+    const numbers qd2 = LOAD(qd + 1*states);
     const numbers w2_z = qd1 + qd2;
+    const double l1 = p[PLANAR_2R_P_l1];
     const numbers Vk2_1a = qd1*(l1*qd1) - Vk1_1;
     const numbers Vk2_1 = sin_q2*Vk1_2 - cos_q2*Vk2_1a;
     const numbers Vk2_2 = sin_q2*Vk2_1a + cos_q2*Vk1_2;
+    const double m2 = p[PLANAR_2R_P_m2];
     const numbers b2_2 = -m2*Vk2_2;
+    const double MS2_x = c[2];
     const numbers b2_6 = -MS2_x*Vk2_2;
     const numbers b2_1 = w2_z*(MS2_x*w2_z) - m2*Vk2_1;
 
     /* Backward recursion: articulated inertias and wrenches, joint 2 (elbow) [28]-[32]. */
+    const double K2_22a = c[5];
+    const double K2_22b = c[6];
     const numbers K2_22 = K2_22a + sin_q2*(sin_q2*K2_22b);
+    const numbers tau2 = LOAD(tau + 1*states);
     const numbers Gb2 = tau2 + b2_6;
+    const double Hinv2 = c[3];
     const numbers qdf2 = Hinv2*Gb2;
     const numbers al2_2 = cos_q2*(MS2_x*qdf2 - b2_2) - sin_q2*b2_1;
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [28]-[32]. */
     const numbers bs1_6 = b1_6 - (tau2 + l1*al2_2);
+    const numbers tau1 = LOAD(tau + 0*states);
     const numbers Gb1 = tau1 + bs1_6;
+    const double J1_yy = c[1];
+    const double Js1_66a = c[7];
     const numbers Js1_66 = J1_yy + K2_22*Js1_66a;
     const numbers qdf1 = Gb1/Js1_66;
+    STORE(qdd + 0*states, qdf1);
 
     /* Forward recursion: accelerations and torques, joint 2 (elbow) [33]-[36]. */
     const numbers Vr2_2 = cos_q2*(l1*qdf1);
+    const double UH2_2 = c[4];
     const numbers wd2_z = qdf2 - UH2_2*Vr2_2;
     const numbers qdd2 = wd2_z - qdf1;
+    STORE(qdd + 1*states, qdd2);
 
     /* Results. */
-    STORE(qdd + 0*states, qdf1);
-    STORE(qdd + 1*states, qdd2);
 }
 
 NOINLINE void planar_2r_inverse_dynamics_lanes(
@@ -214,46 +217,45 @@ NOINLINE void planar_2r_inverse_dynamics_lanes(
     angles cosine[2];
     sincos_lanes(2U, angle, sine, cosine);
 
-    const numbers qd1 = LOAD(qd + 0*states);
-    const numbers qd2 = LOAD(qd + 1*states);
-    const numbers qdd1 = LOAD(qdd_motor + 0*states);
-    const numbers qdd2 = LOAD(qdd_motor + 1*states);
-    const double g0 = p[PLANAR_2R_P_g0];
-    const double m2 = p[PLANAR_2R_P_m2];
-    const double l1 = p[PLANAR_2R_P_l1];
-    const double MS1_x = c[0];
-    const double J1_yy = c[1];
-    const double MS2_x = c[2];
-    const double J2_yy = c[3];
-
     /* Forward recursion: velocities, accelerations, wrenches, joint 1 (shoulder) [1], [3], [6], [12]. */
     const numbers sin_q1 = sine[0];
     const numbers cos_q1 = cosine[0];
+    const numbers qd1 = LOAD(qd + 0*states);
     const numbers ww1_zz = qd1*qd1;
+    const double g0 = p[PLANAR_2R_P_g0];
     const numbers vd1_x = g0*sin_q1;
     const numbers vd1_y = g0*cos_q1;
+    const double J1_yy = c[1];
+    const double MS1_x = c[0];
+    const numbers qdd1 = LOAD(qdd_motor + 0*states);
     const numbers Fb1_6 = qdd1*J1_yy + MS1_x*vd1_y;
 
     /* Forward recursion: velocities, accelerations, wrenches, joint 2 (elbow) [1], [3], [6], [12]. */
     const numbers sin_q2 = sine[1];
     const numbers cos_q2 = cosine[1];
+    const numbers qd2 = LOAD(qd + 1*states);
     const numbers w2_z = qd1 + qd2;
+    const numbers qdd2 = LOAD(qdd_motor + 1*states);
     const numbers wd2_z = qdd1 + qdd2;
     const numbers ww2_zz = w2_z*w2_z;
+    const double l1 = p[PLANAR_2R_P_l1];
     const numbers vd2_xa = vd1_x - l1*ww1_zz;
     const numbers vd2_xb = vd1_y + l1*qdd1;
     const numbers vd2_x = cos_q2*vd2_xa + sin_q2*vd2_xb;
     const numbers vd2_y = cos_q2*vd2_xb - sin_q2*vd2_xa;
+    const double MS2_x = c[2];
+    const double m2 = p[PLANAR_2R_P_m2];
     const numbers Fb2_1 = m2*vd2_x - MS2_x*ww2_zz;
     const numbers Fb2_2 = m2*vd2_y + MS2_x*wd2_z;
+    const double J2_yy = c[3];
     const numbers Fb2_6 = J2_yy*wd2_z + MS2_x*vd2_y;
+    STORE(tau + 1*states, Fb2_6);
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [50]-[56]. */
     const numbers f1_6 = Fb1_6 + Fb2_6 + l1*(sin_q2*Fb2_1 + cos_q2*Fb2_2);
+    STORE(tau + 0*states, f1_6);
 
     /* Results. */
-    STORE(tau + 0*states, f1_6);
-    STORE(tau + 1*states, Fb2_6);
     STORE(qdd + 0*states, qdd1);
     STORE(qdd + 1*states, qdd2);
 }
@@ -267,26 +269,25 @@ NOINLINE void planar_2r_inertia_matrix_lanes(size_t states, const double *q, con
     angles cosine[1];
     sincos_lanes(1U, angle, sine, cosine);
 
-    const double l1 = p[PLANAR_2R_P_l1];
-    const double J1_yy = c[0];
-    const double MS2_x = c[1];
-    const double J2_yy = c[2];
-    const double J1_czza = c[3];
-
     /* Geometry, joint 2 (elbow) [1]. */
     const numbers cos_q2 = cosine[0];
 
     /* Composite inertias and inertia matrix, joint 2 (elbow) [8], [13]. */
+    const double MS2_x = c[1];
     const numbers A1_2a = cos_q2*MS2_x;
+    const double J2_yy = c[2];
+    const double l1 = p[PLANAR_2R_P_l1];
     const numbers A1_2 = J2_yy + l1*A1_2a;
-
-    /* Composite inertias and inertia matrix, joint 1 (shoulder) [8], [13]. */
-    const numbers J1_czz = J1_yy + J2_yy + l1*(A1_2a + A1_2a + J1_czza);
-
-    /* Results. */
-    STORE(A + 0*states, J1_czz);
     STORE(A + 1*states, A1_2);
     STORE(A + 2*states, A1_2);
+
+    /* Composite inertias and inertia matrix, joint 1 (shoulder) [8], [13]. */
+    const double J1_czza = c[3];
+    const double J1_yy = c[0];
+    const numbers J1_czz = J1_yy + J2_yy + l1*(A1_2a + A1_2a + J1_czza);
+    STORE(A + 0*states, J1_czz);
+
+    /* Results. */
     STORE(A + 3*states, J2_yy);
 }
 
@@ -299,40 +300,39 @@ NOINLINE void planar_2r_bias_forces_lanes(
     angles cosine[2];
     sincos_lanes(2U, angle, sine, cosine);
 
-    const numbers qd1 = LOAD(qd + 0*states);
-    const numbers qd2 = LOAD(qd + 1*states);
-    const double g0 = p[PLANAR_2R_P_g0];
-    const double m2 = p[PLANAR_2R_P_m2];
-    const double l1 = p[PLANAR_2R_P_l1];
-    const double MS1_x = c[0];
-    const double MS2_x = c[1];
-
     /* Forward recursion: velocities, accelerations, wrenches, joint 1 (shoulder) [1], [3], [6], [12]. */
     const numbers sin_q1 = sine[0];
     const numbers cos_q1 = cosine[0];
+    const numbers qd1 = LOAD(qd + 0*states);
     const numbers ww1_zz = qd1*qd1;
+    const double g0 = p[PLANAR_2R_P_g0];
     const numbers vd1_x = g0*sin_q1;
     const numbers vd1_y = g0*cos_q1;
+    const double MS1_x = c[0];
     const numbers Fb1_6 = MS1_x*vd1_y;
 
     /* Forward recursion: velocities, accelerations, wrenches, joint 2 (elbow) [1], [3], [6], [12]. */
     const numbers sin_q2 = sine[1];
     const numbers cos_q2 = cosine[1];
+    const numbers qd2 = LOAD(qd + 1*states);
     const numbers w2_z = qd1 + qd2;
     const numbers ww2_zz = w2_z*w2_z;
+    const double l1 = p[PLANAR_2R_P_l1];
     const numbers vd2_xa = vd1_x - l1*ww1_zz;
     const numbers vd2_x = cos_q2*vd2_xa + sin_q2*vd1_y;
     const numbers vd2_y = cos_q2*vd1_y - sin_q2*vd2_xa;
+    const double m2 = p[PLANAR_2R_P_m2];
     const numbers Fb2_2 = m2*vd2_y;
+    const double MS2_x = c[1];
     const numbers Fb2_1 = m2*vd2_x - MS2_x*ww2_zz;
     const numbers Fb2_6 = MS2_x*vd2_y;
+    STORE(H + 1*states, Fb2_6);
 
     /* Backward recursion: articulated inertias and wrenches, joint 1 (shoulder) [15]. */
     const numbers f1_6 = Fb1_6 + Fb2_6 + l1*(sin_q2*Fb2_1 + cos_q2*Fb2_2);
+    STORE(H + 0*states, f1_6);
 
     /* Results. */
-    STORE(H + 0*states, f1_6);
-    STORE(H + 1*states, Fb2_6);
 }
 
 NOINLINE void planar_2r_geometric_model_lanes(size_t states, const double *q, const double *p, double *T)
@@ -343,32 +343,43 @@ NOINLINE void planar_2r_geometric_model_lanes(size_t states, const double *q, co
     angles cosine[2];
     sincos_lanes(2U, angle, sine, cosine);
 
-    const double l1 = p[PLANAR_2R_P_l1];
-    const double l2 = p[PLANAR_2R_P_l2];
-
     /* Geometry, joint 1 (shoulder) [1], [2]. */
     const numbers sin_q1 = sine[0];
+    STORE(T + 1*states, -sin_q1);
+    STORE(T + 4*states, sin_q1);
     const numbers cos_q1 = cosine[0];
+    STORE(T + 0*states, cos_q1);
+    STORE(T + 5*states, cos_q1);
 
     /* Geometry, joint 2 (elbow) [1], [2]. */
     const numbers sin_q2 = sine[1];
     const numbers cos_q2 = cosine[1];
+    const double l1 = p[PLANAR_2R_P_l1];
     const numbers P2_x = l1*cos_q1;
+    STORE(T + 19*states, P2_x);
     const numbers P2_y = l1*sin_q1;
+    STORE(T + 23*states, P2_y);
     const numbers A2_11 = cos_q1*cos_q2 - sin_q1*sin_q2;
+    STORE(T + 16*states, A2_11);
+    STORE(T + 21*states, A2_11);
+    STORE(T + 32*states, A2_11);
+    STORE(T + 37*states, A2_11);
     const numbers A2_12 = -(cos_q1*sin_q2 + sin_q1*cos_q2);
+    STORE(T + 17*states, A2_12);
+    STORE(T + 20*states, -A2_12);
+    STORE(T + 33*states, A2_12);
+    STORE(T + 36*states, -A2_12);
 
     /* Geometry, joint 3 (tip) [1], [2]. */
+    const double l2 = p[PLANAR_2R_P_l2];
     const numbers P3_x = P2_x + l2*A2_11;
+    STORE(T + 35*states, P3_x);
     const numbers P3_y = P2_y - l2*A2_12;
+    STORE(T + 39*states, P3_y);
 
     /* Results. */
-    STORE(T + 0*states, cos_q1);
-    STORE(T + 1*states, -sin_q1);
     STORE(T + 2*states, 0.0);
     STORE(T + 3*states, 0.0);
-    STORE(T + 4*states, sin_q1);
-    STORE(T + 5*states, cos_q1);
     STORE(T + 6*states, 0.0);
     STORE(T + 7*states, 0.0);
     STORE(T + 8*states, 0.0);
@@ -379,14 +390,8 @@ NOINLINE void planar_2r_geometric_model_lanes(size_t states, const double *q, co
     STORE(T + 13*states, 0.0);
     STORE(T + 14*states, 0.0);
     STORE(T + 15*states, 1.0);
-    STORE(T + 16*states, A2_11);
-    STORE(T + 17*states, A2_12);
     STORE(T + 18*states, 0.0);
-    STORE(T + 19*states, P2_x);
-    STORE(T + 20*states, -A2_12);
-    STORE(T + 21*states, A2_11);
     STORE(T + 22*states, 0.0);
-    STORE(T + 23*states, P2_y);
     STORE(T + 24*states, 0.0);
     STORE(T + 25*states, 0.0);
     STORE(T + 26*states, 1.0);
@@ -395,14 +400,8 @@ NOINLINE void planar_2r_geometric_model_lanes(size_t states, const double *q, co
     STORE(T + 29*states, 0.0);
     STORE(T + 30*states, 0.0);
     STORE(T + 31*states, 1.0);
-    STORE(T + 32*states, A2_11);
-    STORE(T + 33*states, A2_12);
     STORE(T + 34*states, 0.0);
-    STORE(T + 35*states, P3_x);
-    STORE(T + 36*states, -A2_12);
-    STORE(T + 37*states, A2_11);
     STORE(T + 38*states, 0.0);
-    STORE(T + 39*states, P3_y);
     STORE(T + 40*states, 0.0);
     STORE(T + 41*states, 0.0);
     STORE(T + 42*states, 1.0);

@@ -89,6 +89,7 @@ def vector_form(package: Package, precision: Precision) -> Form:
         states="states",
         outlined=2,
         leaves_rows=True,
+        near_use=True,
     )
 
 

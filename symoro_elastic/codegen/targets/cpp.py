@@ -98,8 +98,8 @@ FORM = Form(
 class _CppFunction(CFunction):
     """A model as C++: what depends on parameters only may have another type than the state."""
 
-    def _of_parameters(self, groups: Mapping[str, Indices], used: Iterator[str]) -> list[str]:  # type: ignore[override]
-        return self.once_writer.unpack(groups, used, dict.fromkeys(groups, self.form.load_parameter))
+    def _of_parameters(self, groups: Mapping[str, Indices], used: Iterator[str]) -> dict[str, str]:  # type: ignore[override]
+        return self.once_writer.unpacked(groups, used, dict.fromkeys(groups, self.form.load_parameter))
 
     def type_of(self, array: str) -> str:
         return PARAMETER if array in ("p", "c") else super().type_of(array)
