@@ -3,10 +3,12 @@
     1. find:    r = ln(G/H), weights 1/max(sd, 0.3 noise)       (insensitive to the height of peaks: a wide basin)
     2. finish:  r = (G - H)/sd, real and imaginary parts        (maximum likelihood)
 
-If residuals stay large, again from the start, with responses smoothed over frequency at first, less and less: by
-Poisson's kernel a w/((a w)^2 + (w - v)^2), which is what more damping does to a response. G and H are smoothed alike,
-over the lines there are, so that nothing outside the band is missing. Then from where two springs have exchanged their
-values. The best minimum is taken.
+If residuals stay large, again from the best points on lines along each unknown. Then from the start, with responses
+smoothed over frequency at first, less and less: by Poisson's kernel a w/((a w)^2 + (w - v)^2), which is what more
+damping does to a response. G and H are smoothed alike, over the lines there are, so that nothing outside the band is
+missing. Then from where two springs have exchanged their values, and from a scan within the prior. Between them the
+best minimum gets terms of modes outside the band. The first minimum that leaves no more than noise is taken, else the
+best one of the model alone.
 
 Both by Levenberg-Marquardt with steps limited in ln p, a prior, and Cauchy weights w = 1/(1 + (r/c)^2), c = 2.5 s with
 s = max(1, 1.4826 median |r|). Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
@@ -15,7 +17,7 @@ s = max(1, 1.4826 median |r|). Balmes 1993 and Lin and Ewins 1994 for residuals 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
@@ -37,9 +39,13 @@ MOST_STEPS = 60
 MOST_REFUSED = 8
 WIDTHS = (0.3, 0.1, 0.03)
 """Of the kernel that smooths responses, over the frequency."""
-SCANNED, MOST_SCANNED, WRONG = 100, 3, 4.0
-"""Points within the prior, and of them those that fits begin at, where other starts leave a chi2 above the last."""
+SCANNED, MOST_SCANNED = 100, 3
+"""Points within the prior, and of them those that fits begin at."""
 LEAST_SPREAD = 0.01
+ALONG, APART, MOST_ALONG = np.linspace(-1.5, 1.5, 13), 0.4, 4
+"""Points on a line along an unknown, how far apart starts on it are, over its prior, and how many are taken."""
+TRIED, CLEAR, SAME = (0.25, 0.5, 1.0), 3.0, 6.0
+"""Distances of other values over the prior; deviations at which they should differ; costs that do not."""
 EXCHANGES, LEAST_CORRELATED = 3, 0.5
 """Pairs of parameters that are exchanged, and the correlation of their errors."""
 FAR_LOGARITHM = 0.05
@@ -101,6 +107,7 @@ class Fit:
     weights: Array
     evaluations: int
     far: float
+    lines: tuple[Lines, ...]
     beside: float = 0.0
     chi2_alone: float = math.nan
 
@@ -137,7 +144,8 @@ class Estimator:
     """Residuals of lines and modes at any values of the unknowns, and their minima."""
 
     def __init__(self, predictions: Predictions, lines: Sequence[Lines], robust: bool = True) -> None:
-        self.predictions, self.lines, self.robust = predictions, list(lines), robust
+        self.predictions, self.lines, self.robust = predictions, tuple(lines), robust
+        self._given = self.lines
         self.evaluations, self.unknowns = 0, len(predictions.sought.unknowns)
         self._kernels: dict[tuple[float, bytes], Array] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
@@ -145,64 +153,129 @@ class Estimator:
         self.beside = Background(())
 
     def fit(self, check: Callable[[Sequence[Lines], Sequence[Predicted]], None] = lambda *_: None) -> Fit:
-        """Return the minimum near the start, or the best of others where residuals stay larger than noise.
+        """Return the first minimum that leaves no more than noise, or the best one of the model alone.
 
-        Before others are sought, `check` is called with lines and predictions: it may refuse the tests. If residuals
-        are larger in all minima, terms of what is outside the band are fitted beside the model.
+        Before others than that near the start are sought, `check` is called with lines and predictions: it may refuse
+        the tests.
         """
-        found = self._of_model(check)
-        if not (self.lines and math.isfinite(found.chi2) and found.chi2 > self.far):
+        alone: list[Fit] = []
+        for one in self._minima(check, alone):
+            if not self._is_far(one):
+                break
+        else:
+            one = min(alone, key=self._distance)
+        has_modes = any(test.modes for test in self.predictions.tests)
+        return one if one.beside or has_modes or not one.lines else self._widened(one, one.x)
+
+    def _minima(self, check: Callable[[Sequence[Lines], Sequence[Predicted]], None], alone: list[Fit]) -> Iterator[Fit]:
+        """Yield minima in the order in which they are sought; those of the model `alone` are kept there.
+
+        Beside each stands the one with terms of what is outside the band: in a wrong minimum these explain no more.
+        """
+
+        def found(x: Array) -> Fit:
+            alone.append(self._fit(x))
+            return alone[-1]
+
+        yield found(self.start)
+        check(alone[0].lines, self.predictions.at(alone[0].x, slopes=False))
+        last = None
+        for starts in (self._along_axes, self._from_smoothed, self._exchanged, self._scanned):
+            yield from map(found, starts(min(alone, key=self._distance)))
+            best = min(alone, key=self._distance)
+            if best is not last:
+                yield self._with_terms(best)
+            last = best
+
+    def _with_terms(self, found: Fit) -> Fit:
+        """Return the minimum near one of the model alone, with terms of what is outside the band beside it."""
+        if not (found.lines and math.isfinite(found.chi2)):
             return found
-        machine = self.predictions.motion.given
+        machine, alone = self.predictions.motion.given, (self.start, self.prior, self.beside)
         orders = [outputs(machine, [line.measured.output])[0].order for line in self.lines]
-        beside = background_of([(line.f, line.H, n) for line, n in zip(self.lines, orders, strict=True)])
-        m = beside.count
+        self.beside = background_of([(line.f, line.H, n) for line, n in zip(self.lines, orders, strict=True)])
+        m = self.beside.count
         self.start, self.prior = np.concatenate([self.start, np.zeros(m)]), np.concatenate([self.prior, np.ones(m)])
-        self.beside = beside
-        fit = self._at_minimum(self._minimum(np.concatenate([found.x, np.zeros(m)]), self._differences))
-        return replace(fit, chi2_alone=found.chi2) if fit.chi2 < self.far else found
+        x = self._minimum(np.concatenate([found.x, np.zeros(m)]), self._differences)
+        fit = replace(self._at_minimum(x), chi2_alone=found.chi2)
+        fit = fit if self._is_far(fit) else self._widened(fit, x)
+        self.start, self.prior, self.beside = alone
+        return fit
 
-    def _of_model(self, check: Callable[[Sequence[Lines], Sequence[Predicted]], None]) -> Fit:
-        """Return the minimum near the start, or the best of others, of the model alone."""
-        given = self.lines
-        found, lines = self._fit(self.start), self.lines
-        if self._is_far(found, lines):
-            check(lines, self.predictions.at(found.x, slopes=False))
-        for start in self._other_starts:
-            for x in start(found) if self._is_far(found, lines) else ():
-                self.lines = given
-                again = self._fit(x)
-                if self._distance(again, self.lines) < self._distance(found, lines):
-                    found, lines = again, self.lines
-                if not self._is_far(found, lines):
+    def _widened(self, fit: Fit, x: Array) -> Fit:
+        """Return the fit with intervals that hold values far off, where these explain the tests as well.
+
+        A mode beyond the band, or one that hardly shows, may sit where it explains some noise: how sharp that minimum
+        is says nothing of other values. They are tried with all other unknowns as they are, which can only cost more.
+        """
+        std, wide = np.sqrt(np.diag(fit.covariance)), np.ones(self.unknowns)
+        c = self._scale(fit.residuals)
+        least = self._cost(fit.residuals, x, c)
+        for k, along in enumerate(np.eye(len(x))[: self.unknowns] / np.sqrt(self.prior)[:, None][: self.unknowns]):
+            for share in TRIED:
+                d = share * along[k]
+                if d <= CLEAR * std[k]:
+                    continue
+                rise = min(self._cost_at(x + way * share * along, c) for way in (1, -1)) - least
+                if rise > min(SAME, (d / std[k]) ** 2 / 8):
                     break
-        self.lines = lines
-        return found
+                wide[k] = d / std[k]
+        return replace(fit, covariance=fit.covariance * np.outer(wide, wide))
 
-    @property
-    def _other_starts(self) -> tuple[Callable[[Fit], Iterable[Array]], ...]:
-        return self._from_smoothed, self._exchanged, self._scanned
+    def _cost_at(self, x: Array, c: float) -> float:
+        """Return the cost of lines at x, infinite without equilibrium."""
+        try:
+            predicted = self.predictions.at(x[: self.unknowns], slopes=False)
+        except (InputError, np.linalg.LinAlgError):
+            return math.inf
+        parts = []
+        for line in self.lines:
+            apart = (predicted[line.test].responses[line.place].G[line.counted] - line.H) / line.sd
+            parts += [apart.real, apart.imag]
+        r: Array = np.concatenate(parts)
+        if self.beside.count:
+            r += x[self.unknowns :] @ self.beside.over([line.sd for line in self.lines])
+        return self._cost(r, x, c)
 
     def _from_smoothed(self, _: Fit) -> Iterator[Array]:
         """Yield the minimum of responses that are smoothed less and less, from the start on."""
         yield self._of_smoothed(self.start)
 
     def _of_smoothed(self, x: Array) -> Array:
+        """Return the minimum of responses that are smoothed less and less."""
         for width in WIDTHS:
             x = self._minimum(x, partial(self._smoothed, width))
         return x
 
-    def _scanned(self, found: Fit) -> Iterator[Array]:
-        """Yield such minima from the best of many points within the prior, where the fit is certainly wrong."""
-        if not found.chi2 > WRONG:
-            return
+    def _along_axes(self, fit: Fit) -> Iterator[Array]:
+        """Yield the best points of lines along each unknown within its prior, through the others of a fit.
+
+        A fit is often wrong in one mode alone, that has hidden between lines with hardly a damping: what is beyond two
+        deviations of its prior is where it started.
+        """
+        std = 1 / np.sqrt(self.prior)
+        x = np.where(np.abs(fit.x - self.start) > 2 * std, self.start, fit.x)
+        points = np.repeat(x[None], len(x) * len(ALONG), axis=0)
+        axes = np.repeat(np.arange(len(x)), len(ALONG))
+        rows = np.arange(len(axes))
+        points[rows, axes] = self.start[axes] + np.tile(ALONG, len(x)) * std[axes]
+        taken: list[int] = []
+        for k in np.argsort([self._smoothed_cost(x, WIDTHS[0]) for x in points]).tolist():
+            if all(np.abs((points[k] - points[one]) / std).max() > APART for one in taken):
+                taken.append(k)
+            if len(taken) == MOST_ALONG:
+                break
+        yield from points[taken]
+
+    def _scanned(self, _: Fit) -> Iterator[Array]:
+        """Yield minima of smoothed responses near the best of many points within the prior."""
         rng = np.random.default_rng(0)
         points = self.start + rng.uniform(-1, 1, (SCANNED, len(self.start))) / np.sqrt(self.prior)
-        order = np.argsort([self._smoothed_cost(x) for x in points])
+        order = np.argsort([self._smoothed_cost(x, WIDTHS[1]) for x in points])
         for k in order[:MOST_SCANNED]:
             yield self._of_smoothed(points[k])
 
-    def _smoothed_cost(self, x: Array) -> float:
+    def _smoothed_cost(self, x: Array, width: float) -> float:
         """Return the mean |ln(G/H)|^2 of smoothed responses, infinite without equilibrium."""
         try:
             predicted = self.predictions.at(x, slopes=False)
@@ -210,7 +283,7 @@ class Estimator:
             return math.inf
         total = 0.0
         for line in self.lines:
-            kernel = self._kernel(WIDTHS[1], line)
+            kernel = self._kernel(width, line)
             G = predicted[line.test].responses[line.place].G[line.counted]
             total += float(np.mean(np.abs(np.log((kernel @ G) / (kernel @ line.H))) ** 2))
         return total if math.isfinite(total) else math.inf
@@ -235,26 +308,27 @@ class Estimator:
 
     def _fit(self, x: Array) -> Fit:
         """Return the minimum near x: stage 1, then stage 2, whose noise is that of the residuals if unknown."""
+        self.lines = self._given
         x = self._minimum(x, self._logarithms)
-        self.lines = [self._with_noise(line, x) for line in self.lines]
+        self.lines = tuple(self._with_noise(line, x) for line in self.lines)
         x = self._minimum(x, self._differences)
         if not all(line.sd_is_known for line in self.lines):
-            self.lines = [self._with_noise(line, x) for line in self.lines]
+            self.lines = tuple(self._with_noise(line, x) for line in self.lines)
             x = self._minimum(x, self._differences)
         return self._at_minimum(x)
 
-    def _is_far(self, fit: Fit, lines: Sequence[Lines]) -> bool:
+    def _is_far(self, fit: Fit) -> bool:
         """Whether residuals are larger than noise explains, so that another minimum may be better."""
-        if not lines:
+        if not fit.lines:
             return False
-        return fit.chi2 > self.far if math.isfinite(fit.chi2) else self._distance(fit, lines) > FAR_LOGARITHM
+        return fit.chi2 > self.far if math.isfinite(fit.chi2) else self._distance(fit) > FAR_LOGARITHM
 
-    def _distance(self, fit: Fit, lines: Sequence[Lines]) -> float:
+    def _distance(self, fit: Fit) -> float:
         """Return the cost of a minimum, or the median of |ln(G/H)| where the noise is unknown."""
         if math.isfinite(fit.chi2):
             return self._cost(fit.residuals, fit.x, CAUCHY)
         predicted = self.predictions.at(fit.x, slopes=False)
-        every = [predicted[line.test].responses[line.place].G[line.counted] / line.H for line in lines]
+        every = [predicted[line.test].responses[line.place].G[line.counted] / line.H for line in fit.lines]
         return float(np.median(np.abs(np.log(np.concatenate(every)))))
 
     def _with_noise(self, line: Lines, x: Array) -> Lines:
@@ -377,7 +451,7 @@ class Estimator:
         known = all(line.sd_is_known for line in self.lines)
         return Fit(
             x[:p], information, covariance, chi2 if known else float("nan"), here.r, weights, self.evaluations,
-            self.far, self.beside.largest(x[p:]),
+            self.far, self.lines, self.beside.largest(x[p:]),
         )  # fmt: skip
 
 

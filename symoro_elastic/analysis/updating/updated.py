@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 from symoro_elastic.analysis.updating import doubts
-from symoro_elastic.analysis.updating.estimator import Estimator, Fit, Lines, lines_of
+from symoro_elastic.analysis.updating.estimator import Estimator, Fit, lines_of
 from symoro_elastic.analysis.updating.measured import VibrationTest
 from symoro_elastic.analysis.updating.next_tests import Candidate, next_tests
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
@@ -65,7 +65,6 @@ class Updated(Result):
     unseen: tuple[VibrationTest, ...]
     settings: Settings
     fit: Fit
-    lines: tuple[Lines, ...]
     estimates: tuple[Found, ...]
     untold: tuple[str, ...]
     bands: tuple[doubts.Band, ...]
@@ -99,7 +98,7 @@ class Updated(Result):
     def shown(self) -> tuple[Shown, ...]:
         """How well each response is predicted, before and after."""
         found = []
-        zero = {(line.test, line.place) for line in self.lines}
+        zero = {(line.test, line.place) for line in self.fit.lines}
         for t, (test, before, after) in enumerate(zip((*self.tests, *self.unseen), *self.predictions, strict=True)):
             for k, (one, old, new) in enumerate(zip(test.responses, before.responses, after.responses, strict=True)):
                 fitted = t < len(self.tests)
@@ -116,7 +115,7 @@ class Updated(Result):
 
     def next_tests(self, count: int = 5) -> list[Candidate]:
         """Return the tests after which the sought parameters are known best, the best one first."""
-        return next_tests(Predictions(self.sought, self.tests), self.lines, self.fit, count)
+        return next_tests(Predictions(self.sought, self.tests), self.fit.lines, self.fit, count)
 
     def saved(self) -> tuple[Machine, list[str]]:
         """Return the machine with the values found, and lines about those that no machine file holds."""
@@ -163,16 +162,15 @@ def update(
         raise InputError(machine.label, "tests", f"{pairs}: zero in the model, so nothing is left to fit")
     doubts.refuse_far(fitted, lines, predictions.at(sought.start, slopes=False))
     step("fit")
-    estimator = Estimator(predictions, lines, settings.robust)
-    fit = estimator.fit(partial(doubts.refuse_wrong, fitted))
+    fit = Estimator(predictions, lines, settings.robust).fit(partial(doubts.refuse_wrong, fitted))
     after = predictions.at(fit.x, slopes=False)
-    doubts.refuse_opposite(fitted, estimator.lines, after)
+    doubts.refuse_opposite(fitted, fit.lines, after)
     lines_about = [*notes, *sought.notes, *doubts.of_zero_pairs(fitted, zero)]
-    lines_about += [*doubts.of_scale(fitted, estimator.lines, after), *doubts.of_lost_modes(fitted, after)]
+    lines_about += [*doubts.of_scale(fitted, fit.lines, after), *doubts.of_lost_modes(fitted, after)]
     lines_about += predictions.doubts_at(fit.x)
-    bands = doubts.lacking(estimator.lines, fit)
+    bands = doubts.lacking(fit.lines, fit)
     return Updated(
-        machine, sought, fitted, tuple(test for test in tests if test.validate), settings, fit, tuple(estimator.lines),
+        machine, sought, fitted, tuple(test for test in tests if test.validate), settings, fit,
         found_of(sought, fit, settings.factor), tuple(untold(sought, fit, settings.factor)), tuple(bands),
         tuple(lines_about),
     )  # fmt: skip
