@@ -45,8 +45,8 @@ class VibrationTest:
     """One test: responses or modes of a machine in equilibrium at positions `at` (rad or m, by joint).
 
     Motors in `hold` do not move; those in `pd` are driven by Kp (N m/rad or N/m) and Kv (N m s/rad or N s/m), None
-    where the gains are unknown; others are free. `averages` are those of each response. With `validate` the test is
-    predicted, not fitted.
+    where the gains are unknown; those in `drives` by their cascades of the machine file; others are free. `averages`
+    are those of each response. With `validate` the test is predicted, not fitted.
     """
 
     name: str
@@ -57,6 +57,7 @@ class VibrationTest:
     validate: bool = False
     responses: tuple[MeasuredResponse, ...] = ()
     modes: MeasuredModes | None = None
+    drives: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,7 @@ class Candidate:
         """The test in words."""
         at = ", ".join(f"{name} at {x:.4g}" for name, x in self.test.at.items())
         held = f", hold {', '.join(self.test.hold)}" if self.test.hold else ""
+        held += f", drives of {', '.join(self.test.drives)}" if self.test.drives else ""
         outs = ", ".join(one.output for one in self.test.responses)
         return f"input {self.test.responses[0].input}, outputs {outs}{f', {at}' if at else ''}{held}"
 
@@ -70,7 +71,7 @@ def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count
         found.append(Candidate(test, float(1 - after.sum() / before.sum()), tells))
     best: dict[object, Candidate] = {}
     for one in sorted(found, key=lambda one: -one.fall):
-        best.setdefault((one.test.responses[0].input, one.test.hold, tuple(one.test.pd)), one)
+        best.setdefault((one.test.responses[0].input, *_setting(one.test)), one)
     return [one for one in best.values() if one.fall > LEAST_FALL][:count]
 
 
@@ -102,19 +103,24 @@ def _candidates(predictions: Predictions, lines: Sequence[Lines]) -> list[Vibrat
     ends = [joint.name for joint in bodies] + [joint.name for joint in machine.joints if joint.sigma == 2][-1:]
     found: list[VibrationTest] = []
 
-    def add(at: dict[str, float], hold: tuple[str, ...], pd: dict[str, tuple[float, float] | None], source: str,
-            outs: Sequence[str]) -> None:  # fmt: skip
+    def add(like: VibrationTest, at: dict[str, float], source: str, outs: Sequence[str]) -> None:
         responses = tuple(MeasuredResponse(name, source, f, nothing) for name in dict.fromkeys(outs))
-        found.append(VibrationTest(f"candidate {len(found) + 1}", at, hold, pd, responses=responses))
+        name = f"candidate {len(found) + 1}"
+        found.append(VibrationTest(name, at, like.hold, like.pd, responses=responses, drives=like.drives))
 
-    settings = list({(tuple(t.hold), tuple(sorted(t.pd.items()))): t for t in tests}.values())
+    settings = list({_setting(test): test for test in tests}.values())
     for at in _places(predictions):
         for test in settings:
             for name, axis in itertools.product(dict.fromkeys(ends), "xyz"):
-                add(at, test.hold, dict(test.pd), f"{name}.f{axis}", [f"{name}.a{axis}", *of_frames])
+                add(test, at, f"{name}.f{axis}", [f"{name}.a{axis}", *of_frames])
         for motor in free or motion.motor_names:
-            add(at, (), {}, f"{motor}.tau", [f"{motor}.qdd", *of_frames])
+            add(VibrationTest("free", at), at, f"{motor}.tau", [f"{motor}.qdd", *of_frames])
     return found
+
+
+def _setting(test: VibrationTest) -> tuple[object, ...]:
+    """Return what drives or holds motors in a test."""
+    return test.hold, tuple(sorted(test.pd.items())), test.drives
 
 
 def _places(predictions: Predictions) -> list[dict[str, float]]:

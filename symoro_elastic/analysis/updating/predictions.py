@@ -8,20 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.analysis.updating.under_drives import Loop, closed_response_slopes, loops_of
 from symoro_elastic.analysis.updating.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import damped_poles
-from symoro_elastic.analysis.vibration.slopes import (
-    LinearSlopes,
-    linear_slopes,
-    pole_slopes,
-    ratio_slopes,
-    response_slopes,
-)
+from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes, pole_slopes, ratio_slopes
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.described import drives_of
+from symoro_elastic.machine.drives import MOTOR
+from symoro_elastic.machine.names import did_you_mean
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, motion_of
 from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.motion.inertia import refuse_singular
@@ -63,10 +60,13 @@ class Predictions:
     def __init__(self, sought: Sought, tests: Sequence[VibrationTest]) -> None:
         """Raise `InputError` for signals that the machine, or a motor that is held, has not."""
         self.sought, self.tests = sought, tuple(tests)
+        known = drives_of(sought.machine).by_motor if any(test.drives for test in tests) else {}
+        measured = [one.measured for one in known.values() if one.measured != MOTOR]
         ins = [one.input for test in tests for one in test.responses]
-        outs = [name for test in tests for name in _outputs(test)]
+        outs = [*(name for test in tests for name in _outputs(test)), *measured]
         self.motion = motion_of(sought.machine, {}, tuple(dict.fromkeys(ins)), tuple(dict.fromkeys(outs)))
         self.parameters = [name for name in sought.labels if name in self.motion.parameters]
+        self._loops = loops_of(self.motion, self.parameters) if known else {}
 
     def at(self, x: Array, slopes: bool = True, tests: Sequence[VibrationTest] | None = None) -> list[Predicted]:
         """Return the predictions at logarithms x (p,) of the unknowns; raises `InputError` without equilibrium."""
@@ -76,8 +76,10 @@ class Predictions:
 
     def linear_at(self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float]) -> Linearization:
         """Return the machine in a test, linearized, with the controllers of the test."""
-        ins = tuple(dict.fromkeys(one.input for one in test.responses))
-        outs = tuple(dict.fromkeys(_outputs(test)))
+        loops = self._closed(test)
+        ins = tuple(dict.fromkeys([*(one.input for one in test.responses), *(loop.torque for loop in loops)]))
+        seen = [name for loop in loops for name in (loop.own, loop.controlled)]
+        outs = tuple(dict.fromkeys([*_outputs(test), *seen]))
         linear = linearize(motion, equilibrium(motion, test.at), ins, outs)
         linear = with_motors(linear, held_in(test, motion.motor_names), gains_in(test, values))
         gone = [name for name in (*ins, *outs) if name not in (*linear.inputs, *linear.outputs)]
@@ -88,6 +90,14 @@ class Predictions:
             raise InputError(motion.source, test.name, what)
         return linear
 
+    def _closed(self, test: VibrationTest) -> list[Loop]:
+        """Return the loops of drives that are on in a test; raises `InputError` for a motor without one."""
+        for name in test.drives:
+            if name not in self._loops:
+                what = f"{name} has none{did_you_mean(name, self._loops)}"
+                raise InputError(test.name, "drives", what)
+        return [self._loops[name] for name in test.drives]
+
     def doubts_at(self, x: Array) -> list[str]:
         """Return what is left out of the machine in these tests: backlash, bristles of friction, drives that are on."""
         values = dict(zip(self.sought.labels, np.exp(x).tolist(), strict=True))
@@ -95,9 +105,15 @@ class Predictions:
         found: dict[str, list[str]] = {}
         driven = drives_of(self.sought.machine).by_motor
         for test in self.tests:
-            free = [name for name in driven if name not in test.pd and name not in held_in(test, motion.motor_names)]
-            off = f"the drives of {', '.join(free)} are off: hold their motors, or give pd, where they were on"
-            for line in (*self.linear_at(motion, test, values).doubts, *([off] if free else [])):
+            others = {*test.pd, *test.drives, *held_in(test, motion.motor_names)}
+            free = [name for name in driven if name not in others]
+            off = (
+                f"the drives of {', '.join(free)} are off: hold their motors, or give drives or pd, where they were on"
+            )
+            limited = [loop.cascade.motor for loop in self._closed(test) if loop.is_limited]
+            limits = f"limits of the drives of {', '.join(limited)} are left out: responses are linear"
+            said = [*([off] if free else []), *([limits] if limited else [])]
+            for line in (*self.linear_at(motion, test, values).doubts, *said):
                 found.setdefault(line, []).append(test.name)
         return [f"{', '.join(names)}: {line}" for line, names in found.items()]
 
@@ -109,11 +125,14 @@ class Predictions:
         changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
         responses: list[PredictedResponse | None] = [None] * len(test.responses)
         for group in _groups(test.responses):
-            G, dG = response_slopes(changed, test.responses[group[0]].f)
+            G, dG = closed_response_slopes(changed, test.responses[group[0]].f, self._closed(test))
             for k in group:
                 o = linear.outputs.index(test.responses[k].output)
                 i = linear.inputs.index(test.responses[k].input)
                 responses[k] = PredictedResponse(G[:, o, i], dG[:, :, o, i] if slopes else None)
+        if test.modes and test.drives:
+            what = "natural frequencies and ring-downs are those of motors held, free or under pd: measure responses"
+            raise InputError(test.name, "drives", what)
         modes = None if test.modes is None else _modes_of(changed, test.modes)
         return Predicted(tuple(one for one in responses if one is not None), modes)
 

@@ -51,7 +51,7 @@ def read_tests(path: str | Path, machine: Machine) -> VibrationTests:
 def _read(listed: ListedTest, machine: Machine) -> tuple[VibrationTest, list[str]]:
     """Return a test and notes about what was left out."""
     test = VibrationTest(
-        listed.file, listed.at, listed.hold, listed.pd, listed.averages, listed.validate
+        listed.file, listed.at, listed.hold, listed.pd, listed.averages, listed.validate, drives=listed.drives
     )  # fmt: skip
     names, source = Names(machine, listed), str(listed.path)
     if listed.path.suffix.lower() in SUFFIXES:

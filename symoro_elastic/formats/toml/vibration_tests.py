@@ -23,7 +23,7 @@ from symoro_elastic.formats.toml.key import (
 from symoro_elastic.formats.toml.motion_keys import GAINS as SERVO_GAINS
 from symoro_elastic.formats.toml.tables import Table, load
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.described import DescribedMachine, drives_of
 from symoro_elastic.machine.limits import unit_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.names import did_you_mean, quote
@@ -56,6 +56,14 @@ PD = Key(
     otherwise="motors are free",
     unit="N m/rad and N m s/rad, or N/m and N s/m",
 )
+DRIVES = Key(
+    "drives",
+    TEXTS,
+    'motors whose drives of `[drives]` are on; "all"',
+    '["all"]',
+    default=(),
+    otherwise="drives are off",
+)
 BAND = Key(
     "band", _PAIR, "frequencies that are used", "[10, 600]", default=EVERY_LINE, otherwise="all above 0", unit="Hz"
 )
@@ -72,7 +80,7 @@ RENAME = Key(
 TESTS = Section(
     "[[tests]]",
     "Vibration tests of a machine in equilibrium, by which `update` finds springs and dampers.",
-    (FILE, AT, HOLD, PD, BAND, AVERAGES, VALIDATE, RENAME),
+    (FILE, AT, HOLD, PD, DRIVES, BAND, AVERAGES, VALIDATE, RENAME),
     rows=True,
 )
 TOP = "tests"
@@ -87,6 +95,7 @@ class ListedTest:
     at: Mapping[str, float]
     hold: tuple[str, ...]
     pd: Mapping[str, Gains]
+    drives: tuple[str, ...]
     band: tuple[float, float]
     averages: int | None
     validate: bool
@@ -126,9 +135,10 @@ def _entry(table: Table, number: int, path: Path, machine: Machine) -> ListedTes
         raise table.fail(BAND.name, f"from {low:g} to {high:g} Hz: give 0 <= LOW < HIGH")
     hold = _held(table, machine, found["hold"])
     pd = _driven(table, machine, hold)
+    drives = _with_drives(table, machine, found["drives"], {**dict.fromkeys(hold, HOLD), **dict.fromkeys(pd, PD)})
     return ListedTest(
-        found["file"], path.parent / found["file"], _positions(table, machine), hold, pd, found["band"], averages,
-        found["validate"], found["rename"], table.source, table.place,
+        found["file"], path.parent / found["file"], _positions(table, machine), hold, pd, drives, found["band"],
+        averages, found["validate"], found["rename"], table.source, table.place,
     )  # fmt: skip
 
 
@@ -170,6 +180,27 @@ def _driven(table: Table, machine: Machine, held: tuple[str, ...]) -> dict[str, 
         if name in found:
             raise of.fail(key, f"{name} is named twice: keep one")
         found[name] = _gains(of, key, slides=motors[name].sigma == 1)
+    return found
+
+
+def _with_drives(
+    table: Table, machine: Machine, names: tuple[str, ...], otherwise: Mapping[str, Key]
+) -> tuple[str, ...]:
+    """Motors whose drives are on, which are not among those that are held or have gains of the test."""
+    known = [*drives_of(machine).by_motor]
+    if names and not known:
+        raise table.fail(
+            DRIVES.name, "the machine has no [drives]: give it some, or the test pd = { motor = [kp, kd] }"
+        )
+    found = tuple(
+        known if ALL in names else [_name(table, name, machine, known, "drive of", DRIVES.name) for name in names]
+    )
+    for name in found:
+        if name in otherwise:
+            what = f"{name} is under {otherwise[name].name}, too: keep one of the two"
+            raise table.fail(DRIVES.name, what)
+    if len(set(found)) < len(found):
+        raise table.fail(DRIVES.name, "a motor is named twice: keep one")
     return found
 
 
