@@ -191,20 +191,21 @@ SERIES = """## Motions and measurements (`.csv`, `.npz`)
 
 A `.csv` file has one header line that names the columns, then a line for each sample, separated by commas; semicolons
 or tabs are read as well, and decimal commas between them. A joint is called by its name or by its variable. A unit may
-follow in brackets, as in `q_elbow [deg]`: the column is converted; without, it is in SI units. Other columns are
-skipped with a warning. `excite` and `feed-forward` write such files; `identify`, `compare --motion` and `feed-forward`
-read them.
+follow in brackets, as in `q_elbow [deg]`, or all of them in a second line: the column is converted; without, it is in
+SI units. Other columns are skipped with a warning. `excite` and `feed-forward` write such files; `identify`,
+`compare --motion` and `feed-forward` read them.
 
 A `.npz` file holds the same names as arrays of one axis, or blocks: `t` (N), `q` (N x joints that move), `tau`
 (N x motors), and likewise `qd`, `qdd`, `y`, `yd`.
 """
 TESTS_AND_FILES = """### Measured responses and modes (`.csv`, `.npz`, `.uff`, `.unv`)
 
-Tables are as those of motions: one header line, commas, or semicolons or tabs with decimal commas; a `.npz` file holds
-the same names as arrays of one axis. OUT and IN are signals of `response`, such as `tool.ax`, `motor_x.qdd`,
-`"tool at (0.1, 0, L2).ay"`, `tool.fx`, `motor_x.tau`; a minus before one turns its direction. Units are those of OUT
-over IN, such as [g/N], [um/N], [mm/s2/N], with g = 9.80665 m/s2; without, SI. Frequencies increase. The line at 0 Hz,
-and lines that are nan, are left out with a note. What `response --out` writes, `.csv` or `.npz`, is read as it is.
+Tables are as those of motions: one header line, units in it or below, commas, or semicolons or tabs with decimal
+commas; a `.npz` file holds the same names as arrays of one axis. OUT and IN are signals of `response`, such as
+`tool.ax`, `motor_x.qdd`, `"tool at (0.1, 0, L2).ay"`, `tool.fx`, `motor_x.tau`; a minus before one turns its
+direction. Units are those of OUT over IN, such as [g/N], [um/N], [mm/s2/N], with g = 9.80665 m/s2; without, SI.
+Frequencies increase. The line at 0 Hz, and lines that are nan, are left out with a note. What `response --out` writes,
+`.csv` or `.npz`, is read as it is.
 
 A ring-down becomes natural frequencies, damping ratios and shapes with standard deviations, by least squares, which are
 those of white noise. Modes that do not decay in the record are left out with a note.

@@ -41,7 +41,7 @@ RUNS, DURATION, RATE = 40, 15.0, 250.0
 NOISE, STEP, FINE = np.array([0.3, 0.1]), 2 * np.pi / 2**17, 2e-6
 OFFSETS, LATE = np.array([0.8, -0.3]), 0.006
 LOAD, STATIC, VELOCITY, WARMER = 0.08, 1.2, 0.15, 0.7
-WRONG = 0.3
+WRONG, CONTAINED = 0.3, 1e-9
 
 
 @cache
@@ -195,11 +195,12 @@ def elastic() -> Machine:
     return replace(machine, name="elastic_arm", joints=(machine.joints[0], soft))
 
 
-def _shaken(seed: int) -> Measurements:
+def _shaken(seed: int, step: float = STEP / 8) -> Measurements:
+    """Return a log of the elastic arm; `step` is that of the encoder at the spring."""
     motion = random_motion(Limits.of([-2.0], [2.0], [3.0], [15.0]), 0.2, 10, seed)
     controller = Controller.of_bandwidth([6.0], frequency=4.0)
     true = simulate(elastic(), {}, motion.at, controller, DURATION, RATE, settle=2 * motion.period)
-    return measure(true, Sensors(np.array([STEP, STEP]), np.full(2, FINE), NOISE[:1]), seed)
+    return measure(true, Sensors(np.array([STEP, step]), np.full(2, FINE), NOISE[:1]), seed)
 
 
 @dataclass(frozen=True)
@@ -262,6 +263,7 @@ CASES = {
         _loaded, {"laws": LAWS["load friction"][0], "trust": math.inf}, LAWS["load friction"][2], wrong_file=True
     ),
     "springs": Case(_shaken, machine=elastic),
+    "springs, 17 bits": Case(lambda seed: _shaken(seed, STEP), machine=elastic),
     "springs, possible": Case(_shaken, {"trust": math.inf}, wrong_file=True, machine=elastic),
     "springs, possible, trust 0.3": Case(_shaken, {"trust": WRONG}, wrong_file=True, machine=elastic),
 }
@@ -280,10 +282,17 @@ def bare(label: str) -> str:
 
 
 def deviations(found: Identification, truth: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Return (estimate - truth) / std and std by label; with the file where it is trusted."""
-    bodies = found.possible
+    """Return (estimate - truth) / std and std by label; with the file where it is trusted.
+
+    Values that contain the effect of parameters which this record does not tell have no truth of their own.
+    """
+    bodies, grouping = found.possible, found.estimation.grouping
+    alone = dict.fromkeys(grouping.kept, True)
+    if grouping.dropped:
+        alone = dict(zip(grouping.kept, (np.abs(grouping.beta) < CONTAINED).all(axis=1), strict=True))
     stated = bodies.with_file if bodies and math.isfinite(bodies.trust) else [e.std for e in found.estimates]
-    pairs = {bare(e.unknown.label): (e.value, std) for e, std in zip(found.estimates, stated, strict=True)}
+    each = enumerate(zip(found.estimates, stated, strict=True))
+    pairs = {bare(e.unknown.label): (e.value, std) for k, (e, std) in each if alone.get(k, False)}
     known = {x: y for x, y in pairs.items() if math.isfinite(truth.get(x, math.nan)) and math.isfinite(y[1])}
     return {label: ((value - truth[label]) / std, std) for label, (value, std) in known.items()}
 

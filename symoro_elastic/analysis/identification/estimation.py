@@ -154,21 +154,21 @@ def solve(
         deviations = sigma * np.sqrt(found.variance)
         first = deviations if first is None else first
         sigma = np.maximum(deviations, np.maximum(_smallest(Y, X, tau, deviations), COLLAPSE * first))
-    X, spread, condition, share = _weighted(Y, tau, sigma, noise)
+    X, spread, condition, share, parts = _weighted(Y, tau, sigma, noise)
     predicted = Y @ X
     found = _law(Y, tau, X, sigma, noise, correlation, repeating)
     raised = colours(found, (tau - predicted) / sigma)
     drawn = [] if draws is None else [D / sigma * raised for D in draws(X)]
     covariance = spread @ _of_scores(Y / sigma[:, None], found.scaled(raised), correlation, drawn) @ spread
-    for doubt in doubts:
-        pull = _weighted(Y, doubt, sigma, noise)[0]
-        covariance = covariance + np.outer(pull, pull)
+    unsure = parts.in_doubt(len(Y), usual_correlation(correlation), len(noise))
+    for pull in (unsure, *(_weighted(Y, doubt, sigma, noise)[0][:, None] for doubt in doubts)):
+        covariance = covariance + pull @ pull.T
     return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, raised)
 
 
 def solved_with(Y: Array, tau: Array, sigma: Array, correlation: Sequence[float]) -> LeastSquares:
     """Return the least squares solution for white noise of known standard deviations sigma (n) before averaging."""
-    X, spread, condition, share = _weighted(Y, tau, sigma, ())
+    X, spread, condition, share, _ = _weighted(Y, tau, sigma, ())
     predicted = Y @ X
     covariance = spread * (2 * sum(correlation) - correlation[0])
     return LeastSquares(X, covariance, sigma, predicted, tau - predicted, condition, share, np.ones(len(sigma)))
@@ -215,8 +215,26 @@ def _stacked(Y: Array, sigma: Array, lengths: Array | float = 1.0) -> Array:
     return rows
 
 
-def _weighted(Y: Array, tau: Array, sigma: Array, noise: Sequence[Array]) -> tuple[Array, Array, float, Array]:
-    """Return X, (Y^T Y - N)^-1, the condition number of unit columns, and the share of noise in each X_i."""
+@dataclass(frozen=True)
+class _Parts:
+    """Parts (c, directions) whose sum is X, and the shares of noise in these directions."""
+
+    X: Array
+    share: Array
+
+    def in_doubt(self, rows: int, correlation: Sequence[float], draws: int) -> Array:
+        """Return parts times their relative errors of one standard deviation, as N is not what noise did in Y^T Y.
+
+        N is a mean square of so many draws, that of Y is one of so many rows: both have a variance of 2/nu, nu the
+        rows without their correlations. A direction that noise hides is in doubt by all of its size.
+        """
+        nu = max(rows / (1 + 2 * sum(x * x for x in correlation[1:]) / correlation[0] ** 2), 1.0)
+        error = math.sqrt(2 * (1 + 1 / max(draws, 1)) / nu) * self.share / np.maximum(1 - self.share, 1 - HIDDEN)
+        return self.X * np.where(self.share > HIDDEN, 1.0, np.maximum(error, 0.0))
+
+
+def _weighted(Y: Array, tau: Array, sigma: Array, noise: Sequence[Array]) -> tuple[Array, Array, float, Array, _Parts]:
+    """Return X, (Y^T Y - N)^-1, the condition number of unit columns, the share of noise in each X_i, parts of X."""
     lengths = np.linalg.norm(_stacked(Y, sigma), axis=0)
     W, right = _stacked(Y, sigma, lengths), (tau / sigma).ravel()
     Q, R = np.linalg.qr(W)
@@ -230,11 +248,13 @@ def _weighted(Y: Array, tau: Array, sigma: Array, noise: Sequence[Array]) -> tup
     directions = inverse @ axes
     pull = directions / (1 - np.minimum(share, MOST_NOISE))
     hidden = (directions**2 @ np.maximum(share, 0.0)) / (directions**2).sum(axis=1)
+    parts = pull * (axes.T @ (Q.T @ right)) / lengths[:, None]
     return (
-        pull @ (axes.T @ (Q.T @ right)) / lengths,
+        parts.sum(axis=1),
         pull @ directions.T / np.outer(lengths, lengths),
         condition,
         hidden,
+        _Parts(parts, share),
     )
 
 

@@ -31,11 +31,15 @@ from symoro_elastic.foundation.sizes import MOST_IN_FILES, MOST_SAMPLES
 
 Columns = dict[str, Array]
 """Arrays of a file by name."""
+Rows = Iterator[tuple[int, list[str]]]
+"""Cells of lines with their numbers."""
 
 MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 1000
 MOST_IN_LINE = 100_000  # characters
 SEPARATORS = {"|": "bars"}
+NO_UNIT = ("", "-", "1")
+UNIT = re.compile(r"(?!(nan|inf(inity)?)$)[^\W\d_]|[°%]", re.IGNORECASE)
 NUMBERS, NUMBERS_AND_TEXTS = "fiu", "fiucU"  # kinds of dtype
 NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|nan|inf(inity)?)", re.ASCII | re.IGNORECASE)
 ARRAY_MAGIC = b"\x93NUMPY"
@@ -100,7 +104,7 @@ def _refuse_size(path: Path, place: str, rows: int, numbers: int) -> None:
 def _read_csv(path: Path, file: BinaryIO, may_be_empty: bool) -> Columns:
     try:
         (rows, has_commas), decimals = _rows(path, file), Decimals()
-        header = _header(path, *next(rows, (1, [])))
+        header, rows = _with_units(path, _header(path, *next(rows, (1, []))), rows)
         numbers = array("d")
         for line, row in rows:
             cells = row if has_commas else _with_points(path, line, row, decimals)
@@ -119,7 +123,9 @@ def place_of_sample(path: str | Path, sample: int) -> str:
     if path.suffix.lower() == ".npz":
         return place
     with open_file(path) as file:
-        line, _ = next(islice(_rows(path, file)[0], sample + 1, None))
+        rows = _rows(path, file)[0]
+        _, rows = _with_units(path, _header(path, *next(rows)), rows)
+        line, _ = next(islice(rows, sample, None))
     return f"{place}, line {line}"
 
 
@@ -171,6 +177,22 @@ def _header(path: Path, line: int, row: Sequence[str]) -> list[str]:
         double = next(name for name in header if header.count(name) > 1)
         raise _error(path, "two columns have this name", double)
     return header
+
+
+def _with_units(path: Path, header: list[str], rows: Rows) -> tuple[list[str], Rows]:
+    """Return names of columns with the units of a line of their own behind them, `t [s]`, and the rows of numbers.
+
+    In such a line each cell is a unit, or none; the first one is a unit.
+    """
+    line, row = next(rows, (0, []))
+    units = [cell.strip().strip("[]()").strip() for cell in row]
+    may_be = len(units) == len(header) and all(one in NO_UNIT or UNIT.match(one) for one in units)
+    if not may_be or units[0] in NO_UNIT:
+        return header, chain([(line, row)] if row else [], rows)
+    for name, unit in zip(header, units, strict=True):
+        if unit not in NO_UNIT and name.endswith("]"):
+            raise _error(path, f"has its unit in line {line}, too: keep one of the two", name)
+    return [name if unit in NO_UNIT else f"{name} [{unit}]" for name, unit in zip(header, units, strict=True)], rows
 
 
 def _numbers(path: Path, line: int, row: Sequence[str], header: Sequence[str], may_be_empty: bool) -> list[float]:

@@ -76,6 +76,7 @@ HOSTILE: dict[str, tuple[Callable[[], bytes], str]] = {
     "mixed.csv": (lambda: b"t;q_a\n0,5;1\n1.5;2\n", "line 3: numbers with decimal commas and with decimal points"),
     "thousands.csv": (lambda: b"t;q_a\n0;1.234,5\n", "q_a: line 2: '1.234,5' is not a number"),
     "decimal_commas.csv": (lambda: b"t,q_a\n0,5,1,5\n", "line 2: has 4 cells, the header has 2"),
+    "units_twice.csv": (lambda: b"t [ms],q_a\nms,rad\n0,1\n", "t [ms]: has its unit in line 2, too"),
     "latin.csv": (lambda: "t,é\n0,1\n".encode("latin-1"), "UTF-8"),
     "nul.csv": (lambda: b"t,q\n0,\x001\n", "q: line 2"),
     "endless.csv": (lambda: b"t," + b"a" * 300_000, "line 1: is longer than 100000 characters"),
@@ -90,6 +91,7 @@ WRITTEN = {
     "semicolons and decimal commas": "t;q_a [deg];tau_a\n0;1,5;-2,25E-3\n,001;1e2;+3,\n",
     "semicolons and points": "t;q_a [deg];tau_a\n0;1.5;-2.25E-3\n.001;1e2;+3.\n",
     "tabs and decimal commas": "\n \nt\tq_a [deg]\ttau_a\n0\t1,5\t-2,25E-3\n\n0,001\t100\t3\n",
+    "a line of units": "t,q_a,tau_a\ns,[deg],-\n0,1.5,-2.25e-3\n0.001,100,3\n",
     "quoted": '"t";"q_a [deg]";"tau_a"\n"0";"1,5";"-0,00225"\n"0,001";"100";"3"\n',
 }
 
@@ -97,11 +99,13 @@ WRITTEN = {
 @pytest.mark.parametrize("written", WRITTEN)
 def test_tables_of_other_spreadsheets_are_those_of_commas(written: str, tmp_path: Path) -> None:
     """As LibreOffice and Excel write them where the decimal sign is a comma."""
-    (tmp_path / "a.csv").write_text("t,q_a [deg],tau_a\n0,1.5,-2.25e-3\n0.001,100,3\n")
+    head = "t [s],q_a [deg],tau_a" if "units" in written else "t,q_a [deg],tau_a"
+    (tmp_path / "a.csv").write_text(f"{head}\n0,1.5,-2.25e-3\n0.001,100,3\n")
     (tmp_path / "b.csv").write_text(WRITTEN[written], encoding="utf-8-sig")
     expected, found = read_arrays(tmp_path / "a.csv"), read_arrays(tmp_path / "b.csv")
     assert found.keys() == expected.keys() and all(np.array_equal(found[name], expected[name]) for name in expected)
-    assert place_of_sample(tmp_path / "b.csv", 1) == f"sample 2, line {6 if 'tabs' in written else 3}"
+    line = 6 if "tabs" in written else 4 if "units" in written else 3
+    assert place_of_sample(tmp_path / "b.csv", 1) == f"sample 2, line {line}"
 
 
 @pytest.mark.parametrize("name", HOSTILE)
