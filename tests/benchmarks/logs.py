@@ -289,7 +289,7 @@ def deviations(found: Identification, truth: Mapping[str, float]) -> dict[str, t
     bodies, grouping = found.possible, found.estimation.grouping
     alone = dict.fromkeys(grouping.kept, True)
     if grouping.dropped:
-        alone = dict(zip(grouping.kept, (np.abs(grouping.beta) < CONTAINED).all(axis=1), strict=True))
+        alone = {k: bool(np.abs(row).max() < CONTAINED) for k, row in zip(grouping.kept, grouping.beta, strict=True)}
     stated = bodies.with_file if bodies and math.isfinite(bodies.trust) else [e.std for e in found.estimates]
     each = enumerate(zip(found.estimates, stated, strict=True))
     pairs = {bare(e.unknown.label): (e.value, std) for k, (e, std) in each if alone.get(k, False)}

@@ -21,6 +21,8 @@ OPPOSITE, MIRRORED = 2.5, 0.3
 """Median phase error, rad, of a pair whose sign is wrong; distance from the opposite that says so at once."""
 SCALED, FAR_OFF = math.log(3.0), math.log(300.0)
 """Logarithms of factors: above the first a size is said, above the second no fit is tried."""
+LEAST_CHI2 = 0.3
+"""Mean square of residuals below which the noise is not what coherence and averages say."""
 CROSS_TALK = 1e-3
 """Of the largest measured output of an input, above which a response that cannot be is said."""
 BANDS = 40
@@ -177,6 +179,9 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
     """Return chi2 read aloud."""
     if math.isnan(fit.chi2):
         return "the noise is not known (no coherence or no averages): residuals tell it, so chi2 says nothing"
+    if fit.chi2 < LEAST_CHI2:
+        what = "residuals are smaller than coherence and averages say, so standard deviations are too wide"
+        return f"chi2 {fit.chi2:.3g}: {what}: check both"
     if not fit.chi2 > fit.far:
         return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
     named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)

@@ -251,6 +251,11 @@ def test_cross_talk_is_named_and_left_out() -> None:
     assert found.fit.chi2 < 1.2
 
 
+def test_coherence_that_is_too_low_is_said() -> None:
+    bad = [replace(t, responses=tuple(replace(r, coherence=0.1 * r.coherence) for r in t.responses)) for t in hammer(5)]
+    assert "check both" in se.update(start(), bad).verdict_on_model
+
+
 def test_without_coherence_the_noise_comes_from_the_residuals() -> None:
     bare = [replace(t, responses=tuple(replace(r, coherence=None) for r in t.responses)) for t in hammer(5)]
     found, known = se.update(start(), bare), se.update(start(), hammer(5))
