@@ -7,22 +7,29 @@ from dataclasses import dataclass, field, replace
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.mechanics.base_body import DEGREES
+from symoro_elastic.mechanics.bias_acceleration import with_tips_in_frames_before
 from symoro_elastic.mechanics.derivatives.accelerations import (
     Solve,
+    accelerated,
     changes,
     changes_by_known,
+    factors_of,
+    is_short,
     solving,
     solving_with_base,
 )
 from symoro_elastic.mechanics.derivatives.base import add_base, by_pose, falling_by_pose
-from symoro_elastic.mechanics.derivatives.torques import Entries, torque_derivatives
-from symoro_elastic.mechanics.dynamics import Dynamics
+from symoro_elastic.mechanics.derivatives.torques import Entries, TorqueDerivatives, add_motion, by_accelerations
+from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
+from symoro_elastic.mechanics.factorization import solution
+from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.derivative_columns import Variables, moved_with
 from symoro_elastic.models.model import Joints
-from symoro_elastic.models.naming_derivatives import name_torque_derivatives
-from symoro_elastic.models.rules import base_rule
+from symoro_elastic.models.naming import name_accelerated, name_factors, name_known
+from symoro_elastic.models.naming_derivatives import name_by_accelerations, name_torque_derivatives
+from symoro_elastic.models.rules import base_rule, direct_motion, held_rules
 from symoro_elastic.symbolic.differentiation import Differentiation, Tangents
 from symoro_elastic.symbolic.expression import reachable
 
@@ -67,9 +74,43 @@ def has_recursion(bound: Bound) -> bool:
     return not bound.machine.is_coupled and all(map(bound.machine.variables.keys().isdisjoint, varying))
 
 
-def by_recursion(bound: Bound, found: Dynamics, outputs: Outputs, by: Variables) -> Derivatives:
+def with_tips_turned(bound: Bound) -> Mechanism:
+    """The mechanism with its tips in the frames before their joints' rotations: bodies turn, not rows and columns."""
+    if bound.machine.is_coupled:
+        return bound.without_tip_angles
+    return with_tips_in_frames_before(bound.mechanism, bound.machine.independent)
+
+
+def is_solved_by_factors(bound: Bound) -> bool:
+    """Whether the factors of A give the accelerations of the direct model in fewer operations than its recursion.
+
+    Between stiff springs these lose digits that the recursion keeps; slides may take the graph of the recursion.
+    """
+    machine = bound.machine
+    return not (machine.degrees_of_base or machine.elastic or _has_slides(bound)) and is_short(bound.mechanism)
+
+
+def solved_by_factors(bound: Bound) -> tuple[Dynamics, TorqueDerivatives]:
+    """The motion under the torques, by the factors of A, and what velocities give of the derivatives."""
+    held = dynamics(with_tips_turned(bound), bound.rates(), held_rules(bound))
+    made = by_accelerations(held.mechanism, bound.rates(), held.w)
+    torques = direct_motion(bound).Gamma_u
+    right = {j: torques[j] - held.Gamma[j] for j in bound.machine.independent}
+    factors = factors_of(held.mechanism, made.by_qdd)
+    qdd = solution(factors, right)  # (8)
+    found = accelerated(held, made, qdd)
+    name_known(bound, held)
+    name_by_accelerations(bound, made)
+    name_factors(bound, factors, right, qdd)
+    name_accelerated(bound, found)
+    return found, made
+
+
+def by_recursion(
+    bound: Bound, found: Dynamics, outputs: Outputs, by: Variables, made: TorqueDerivatives | None = None
+) -> Derivatives:
     """By composite bodies and, where accelerations of joints or of the base are to be found, linear systems."""
-    by_q, by_qd, A = torque_changes(bound, found)
+    by_q, by_qd, A = torque_changes(bound, found, made)
     free, solve = unknown_accelerations(bound, A, found, bound.machine.independent if "qdd" in outputs else ())
     numbers = (*DEGREES[: bound.machine.degrees_of_base], *bound.machine.independent)
     tables = {"driven": changes_by_known(A, numbers, free, solve)} if free else {"driven": A}
@@ -115,12 +156,16 @@ def with_pose(bound: Bound, made: Derivatives, outputs: Outputs) -> Derivatives:
     return replace(made, entries=made.entries | posed)
 
 
-def torque_changes(bound: Bound, found: Dynamics) -> tuple[Entries, Entries, Entries]:
+def torque_changes(
+    bound: Bound, found: Dynamics, made: TorqueDerivatives | None = None
+) -> tuple[Entries, Entries, Entries]:
     """Derivatives by q, qd and qdd of the torques that a motion asks of motors, springs and friction included.
 
-    Rows and columns of the base are those of its wrench, its velocity and its acceleration.
+    Rows and columns of the base are those of its wrench, its velocity and its acceleration. `made` is what velocities
+    give of them, where it is known.
     """
-    made = torque_derivatives(found.mechanism, bound.rates(), found)
+    made = made or by_accelerations(found.mechanism, bound.rates(), found.w)
+    add_motion(made, found.mechanism, found)
     if bound.machine.degrees_of_base:
         add_base(made, found.w[0])
     name_torque_derivatives(bound, made)
@@ -146,6 +191,10 @@ def of_graph(bound: Bound, outputs: Outputs, by: Variables) -> Derivatives:
 
 def shorter_way(bound: Bound, solved: Derivatives, outputs: Outputs, by: Variables) -> Derivatives:
     """Derivatives by recursion and linear systems or, with slides, those of the graph if they are shorter."""
-    if all(link.axis is not Axis.PRISMATIC for link in bound.mechanism.links):
+    if not _has_slides(bound):
         return solved
     return min(solved, of_graph(bound, outputs, by), key=lambda made: made.size)
+
+
+def _has_slides(bound: Bound) -> bool:
+    return any(link.axis is Axis.PRISMATIC for link in bound.mechanism.links)

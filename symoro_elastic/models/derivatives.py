@@ -4,8 +4,9 @@ Rows follow the joints of the result, columns those of the argument or the param
 name; where a scene names columns, these only. A sign of a velocity, in dry friction, counts as constant.
 Where every joint has a motor, and for direct models, a recursion over composite bodies gives them; where
 motors drive springs, the graph of the model is differentiated: nothing cancels there between stiff
-springs. Slides take the shorter way. Where joints are coupled, the graph of the model is differentiated too:
-derivatives are total ones, dependent variables move along.
+springs. Slides take the shorter way. Where no joint has a spring, the factors of the inertia matrix, which
+derivatives of direct models need, give the accelerations, too. Where joints are coupled, the graph of the
+model is differentiated too: derivatives are total ones, dependent variables move along.
 
 On a base that moves freely they are also taken by its velocity V0, by what is known of it, V0d or f0, and by its
 pose: a displacement d and a rotation vector r, both small and in its axes, whether R0 or Q0 tells how it
@@ -36,13 +37,16 @@ from symoro_elastic.models.derivative_ways import (
     Outputs,
     by_recursion,
     has_recursion,
+    is_solved_by_factors,
     of_graph,
     shorter_way,
+    solved_by_factors,
     split_by_result,
     torque_changes,
     unknown_accelerations,
     values_of,
     with_pose,
+    with_tips_turned,
 )
 from symoro_elastic.models.driving import inverse_by_motors
 from symoro_elastic.models.floating_base import found_of_base
@@ -86,7 +90,12 @@ def _inverse_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
 
 
 def _direct_dynamics_derivatives(bound: Bound, asked: Joints) -> Results:
-    solved, by = _direct(bound), all_columns(bound, {"tau": bound.tau})
+    by = all_columns(bound, {"tau": bound.tau})
+    if has_recursion(bound) and is_solved_by_factors(bound):
+        found, known = solved_by_factors(bound)
+        by_factors = by_recursion(bound, found, {"qdd": found.qdd}, by, known)
+        return _results(bound, by_factors, asked, chosen_columns(bound, by))
+    solved = _direct(bound)
     outputs, columns = _direct_outputs(bound, solved), needed_columns(bound, by)
     if has_recursion(bound):
         made = shorter_way(bound, by_recursion(bound, solved.found, outputs, by).only(columns), outputs, columns)
@@ -128,7 +137,7 @@ def _direct_dynamics_parameter_derivatives(bound: Bound, asked: Joints) -> Resul
 
 def _inverse(bound: Bound) -> Solved:
     motion = inverse_motion(bound)
-    found = motion.dynamics_of(bound.without_tip_angles)
+    found = motion.dynamics_of(with_tips_turned(bound))
     name_dynamics(bound, found, "[50]-[56]", "[57]-[61]")
     return Solved(motion, found)
 
@@ -211,7 +220,7 @@ def _linearization(bound: Bound, asked: Joints) -> Results:
 
 
 def _by_recursion(bound: Bound) -> tuple[Entries, Entries, Entries]:
-    return torque_changes(bound, dynamics(bound.mechanism, bound.rates(), given_rules(bound)))
+    return torque_changes(bound, dynamics(with_tips_turned(bound), bound.rates(), given_rules(bound)))
 
 
 def _of_graph(bound: Bound) -> tuple[Entries, Entries, Entries]:

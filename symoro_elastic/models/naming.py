@@ -105,6 +105,22 @@ def name_dynamics(bound: Bound, found: Dynamics, backward_equations: str, last: 
             _name_acceleration(bound.names, found, j, here)
 
 
+def name_known(bound: Bound, held: Dynamics) -> None:
+    """Name the quantities of a motion without accelerations of joints, to which these are added."""
+    _name_forward(bound, held, "Vk")
+    for j, _ in bound.mechanism.from_tips():
+        _name_six(bound.names, held.f[j], f"fk{j}", Section(BACKWARD, j, "[15]"))
+
+
+def name_accelerated(bound: Bound, found: Dynamics) -> None:
+    """Name what accelerations of joints add, and the quantities of the motion that has them."""
+    for j, _ in bound.mechanism.from_base():
+        here = Section(FORWARD_2, j, "[6], [15]")
+        _name_six(bound.names, found.remainder[j], f"Vr{j}", here)
+        _name_vector(bound.names, found.vd[j], f"vd{j}", here)
+        _name_six(bound.names, found.f[j], f"f{j}", here)
+
+
 def _name_base(names: Names, found: Dynamics, backward: Section, forward: Section) -> None:
     """Name the quantities of the base."""
     if 0 in found.Js:
@@ -129,7 +145,9 @@ def _name_acceleration(names: Names, found: Dynamics, j: int, section: Section) 
     _name_six(names, found.remainder[j], f"Vr{j}", section)
 
 
-def _name_forward(bound: Bound, found: Dynamics) -> None:
+def _name_forward(bound: Bound, found: Dynamics, known: str = "") -> None:
+    """`known` names accelerations that are not all of it."""
+
     def section(j: int) -> Section:
         if j in found.beta:
             return Section(FORWARD_1, j, "[1], [3], [7], [14]")
@@ -150,7 +168,10 @@ def _name_forward(bound: Bound, found: Dynamics) -> None:
             _name_six(bound.names, found.gamma[j], f"g{j}", here)
             _name_six(bound.names, found.beta[j], f"b{j}", here)
         else:
-            _name_acceleration(bound.names, found, j, here)
+            if known:
+                _name_six(bound.names, Twist(found.vd[j], found.wd[j]), f"{known}{j}", here)
+            else:
+                _name_acceleration(bound.names, found, j, here)
             _name_six(bound.names, found.F[j], f"Fb{j}", here)
 
 

@@ -2,32 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from symoro_elastic.mechanics.base_body import DEGREES
 from symoro_elastic.mechanics.derivatives.torques import Composite, Entries, TorqueDerivatives
+from symoro_elastic.mechanics.spatial import Vector
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.naming import AXES, name_composite
 from symoro_elastic.symbolic.differentiation import Tangents
 from symoro_elastic.symbolic.program import Names, Section
 
 COMPOSITES = "Backward recursion: composite bodies"
+ROWS = "Derivatives of torques by accelerations"
 TORQUES = "Derivatives of torques"
 ACCELERATIONS = "Derivatives of accelerations"
 BY_ARGUMENT = {"tau": "qddt", "q": "qddq", "qd": "qddv"}
 BY = "by_"
 
 
-def name_torque_derivatives(bound: Bound, made: TorqueDerivatives) -> None:
-    """Name composite bodies, rows and columns at each link, and the entries they give."""
-    joints = [j for j, _ in bound.mechanism.from_base()]
+def name_by_accelerations(bound: Bound, made: TorqueDerivatives) -> None:
+    """Name composite bodies, the rows of joints at each link, and the inertia matrix."""
     for j in sorted(made.composites, reverse=True):
         _name_composite(bound.names, made.composites[j], j, Section(COMPOSITES, j, "[8], [13]"))
-    for j in reversed(joints):
-        _name_row_and_column(bound.names, made, j, Section(TORQUES, j, "[15]"))
-    for quantity, entries in (("Gq", made.by_q), ("Gv", made.by_qd), ("A", made.by_qdd)):
-        for (i, j), x in entries.items():
-            bound.names.give(x, f"{quantity}{_place(i)}_{_place(j)}", Section(TORQUES, max(i, j, 0), "[15]"))
+    for j, _ in bound.mechanism.from_tips():
+        here = Section(ROWS, j, "[8], [15]")
+        for i, row in ((i, row) for (of, i), row in made.rows.items() if of == j):
+            _name_parts(bound.names, (("Fa", row.of_acceleration), ("Fh", (row.of_theta,))), (j, i), here)
+    _name_entries(bound.names, "A", made.by_qdd, ROWS, "[8], [15]")
+
+
+def name_torque_derivatives(bound: Bound, made: TorqueDerivatives) -> None:
+    """Name all of them: what accelerations need not be known for first, then columns at each link."""
+    name_by_accelerations(bound, made)
+    for j, _ in bound.mechanism.from_tips():
+        here = Section(TORQUES, j, "[15]")
+        for i, (by_q, by_qd) in ((i, column) for (of, i), column in made.columns.items() if of == j):
+            _name_parts(bound.names, (("Fq", by_q), ("Fv", by_qd)), (j, i), here)
+    _name_entries(bound.names, "Gq", made.by_q, TORQUES, "[15]")
+    _name_entries(bound.names, "Gv", made.by_qd, TORQUES, "[15]")
+
+
+def _name_entries(names: Names, quantity: str, entries: Entries, title: str, equations: str) -> None:
+    for (i, j), x in entries.items():
+        names.give(x, f"{quantity}{_place(i)}_{_place(j)}", Section(title, max(i, j, 0), equations))
 
 
 def _place(number: int) -> str:
@@ -43,15 +60,14 @@ def _name_composite(names: Names, composite: Composite, j: int, section: Section
             names.give(composite.Q[m][n], f"Qc{j}_{m + 1}{n + 1}", section)
 
 
-def _name_row_and_column(names: Names, made: TorqueDerivatives, j: int, section: Section) -> None:
-    for (of, i), row in made.rows.items():
-        if of != j:
-            continue
-        by_q, by_qd = made.columns[j, i]
-        named = (("Fa", row.of_acceleration), ("Fh", (row.of_theta,)), ("Fq", by_q), ("Fv", by_qd))
-        for quantity, parts in named:
-            for k, x in enumerate((x for part in parts for x in part), start=1):
-                names.give(x, f"{quantity}{j}_{k}_{i}", section)
+def _name_parts(
+    names: Names, quantities: Iterable[tuple[str, Iterable[Vector]]], of: tuple[int, int], section: Section
+) -> None:
+    """Name the components of quantities of joint j at link i."""
+    j, i = of
+    for quantity, parts in quantities:
+        for k, x in enumerate((x for part in parts for x in part), start=1):
+            names.give(x, f"{quantity}{j}_{k}_{i}", section)
 
 
 def name_acceleration_derivatives(bound: Bound, found: Mapping[tuple[str, str], Entries]) -> None:

@@ -131,6 +131,8 @@ ROWS = (
                  "wrench at joint j that does not depend on the acceleration of its antecedent, in the frame of K"),
     Intermediate("f", "six", "f", "", "@,#", r"{}^{j}\mathbf{f}_{j}", (15, 35, 58), FORCE,
                  "wrench of the antecedent on body j"),
+    Intermediate("fk", "six", "f", r"\mathrm{k}", "@,#", "", (15,), FORCE,
+                 "wrench of the antecedent on body j while no joint accelerates"),
     Intermediate("A", "place", "A", "", "@,#", r"\mathbf{A}", (8,), INERTIA,
                  "entry j, i of the inertia matrix", ("dtau_dq", "dqdd_dq", "dqdd_dp", "M")),
     Intermediate("Pc", "axis", "P", r"\mathrm{c}", "@,#", "", (), same("kg m/s"),

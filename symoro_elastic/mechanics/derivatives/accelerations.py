@@ -4,6 +4,9 @@ Where nothing else changes, a change `right` of the torques makes one of x of th
 trees are solved by the factors of A, where nothing fills in; long chains by the articulated inertias
 that the motion was found with, in a number of operations that grows as the number of joints. A base
 under a known wrench comes last, by its articulated inertia.
+
+The same factors give the motion itself from one without accelerations of joints, where these are not
+yet known: composite bodies and rows, which derivatives take anyway, tell what accelerations add to it.
 """
 
 from __future__ import annotations
@@ -14,13 +17,24 @@ from typing import TypeAlias
 
 from symoro_elastic.foundation.scalar import sum_of
 from symoro_elastic.mechanics.base_body import DEGREES, solve_symmetric
-from symoro_elastic.mechanics.derivatives.torques import Entries
+from symoro_elastic.mechanics.derivatives.torques import Entries, TorqueDerivatives
 from symoro_elastic.mechanics.dynamics import Dynamics
 from symoro_elastic.mechanics.elimination import joint_acceleration
-from symoro_elastic.mechanics.factorization import factorization, solution
+from symoro_elastic.mechanics.factorization import Factorization, factorization, solution
 from symoro_elastic.mechanics.kinematics import path
 from symoro_elastic.mechanics.mechanism import Mechanism
-from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, ArticulatedInertia, Axis, Scalar, Twist, Wrench
+from symoro_elastic.mechanics.spatial import (
+    AT_REST,
+    IDENTITY,
+    NO_WRENCH,
+    ArticulatedInertia,
+    Axis,
+    Matrix,
+    Scalar,
+    Twist,
+    Wrench,
+    cross,
+)
 
 LONG = 16
 """Joints before a joint, on average, from which on the recursion needs fewer operations than the factors."""
@@ -31,11 +45,35 @@ Solve: TypeAlias = Callable[[Mapping[int, Scalar]], dict[int, Scalar]]
 
 def solving(mechanism: Mechanism, A: Entries, found: Dynamics) -> Solve:
     """Solver of A x = right, by joint number: the one that needs fewer operations."""
+    if is_short(mechanism):
+        factors = factors_of(mechanism, A)
+        return lambda right: solution(factors, right)
+    return lambda right: _by_recursion(mechanism, found, right)
+
+
+def is_short(mechanism: Mechanism) -> bool:
+    """Whether the factors of A need fewer operations than the recursion."""
     moving = {j for j, link in mechanism.from_base() if link.axis is not Axis.NONE}
     before = sum(len(moving.intersection(path(mechanism, j))) - 1 for j in moving)
-    if before <= LONG * len(moving):
-        return _by_factors(mechanism, A)
-    return lambda right: _by_recursion(mechanism, found, right)
+    return before <= LONG * len(moving)
+
+
+def accelerated(held: Dynamics, made: TorqueDerivatives, qdd: Mapping[int, Scalar]) -> Dynamics:
+    """The motion `held`, whose joints do not accelerate, with accelerations of joints.
+
+    They add V to V'_j, and to f_j what accelerates all beyond joint j as one body and in the joints within.
+    """
+    V, U = {0: AT_REST}, {}
+    f = {j: held.f[j] for j, _ in held.mechanism.from_base()}
+    for j, link in held.mechanism.from_base():
+        V[j] = link.transform * V[link.antecedent] + qdd.get(j, 0) * link.axis  # (6)
+        U[j] = held.U[j] + Matrix(*(cross(V[j].angular, e) for e in IDENTITY)).T
+        f[j] = f[j] + made.composites[j].inertia.spatial * V[j]  # (15)
+    for (k, j), row in made.rows.items():
+        if k != j:
+            f[j] = f[j] + qdd[k] * row.of_acceleration
+    vd = {j: held.vd[j] + V[j].linear for j in f}
+    return replace(held, vd=vd, U=U, f=f, remainder=V, qdd=dict(qdd))
 
 
 def solving_with_base(A: Entries, Js: ArticulatedInertia, joints: Sequence[int], solve: Solve) -> Solve:
@@ -95,11 +133,10 @@ def inverse(joints: Sequence[int], solve: Solve) -> Entries:
     return entries
 
 
-def _by_factors(mechanism: Mechanism, A: Entries) -> Solve:
-    """By A = L^T D L."""
+def factors_of(mechanism: Mechanism, A: Entries) -> Factorization:
+    """A = L^T D L."""
     numbered = [0, *(j for j, _ in mechanism.from_base())]
-    factors = factorization(mechanism.joints_from_tips, [[A.get((i, j), 0) for j in numbered] for i in numbered])
-    return lambda right: solution(factors, right)
+    return factorization(mechanism.joints_from_tips, [[A.get((i, j), 0) for j in numbered] for i in numbered])
 
 
 def _by_recursion(mechanism: Mechanism, found: Dynamics, right: Mapping[int, Scalar]) -> dict[int, Scalar]:

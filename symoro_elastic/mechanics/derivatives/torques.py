@@ -21,6 +21,7 @@ there as wrenches.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.mechanics.dynamics import Dynamics
@@ -143,22 +144,38 @@ def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> To
 
     Units N m/rad, N m s/rad, kg m2, or with m and N.
     """
-    composites = {j: Composite.of_body(link.body, found.w[j]) for j, link in mechanism.from_base()}
+    made = by_accelerations(mechanism, qd, found.w)
+    add_motion(made, mechanism, found)
+    return made
+
+
+def by_accelerations(mechanism: Mechanism, qd: Scalars, w: Sequence[Vector]) -> TorqueDerivatives:
+    """What velocities give of them: composite bodies, rows, derivatives by qdd."""
+    composites = {j: Composite.of_body(link.body, w[j]) for j, link in mechanism.from_base()}
     if mechanism.body is not None:
-        composites[0] = Composite.of_body(mechanism.body, found.w[0])
+        composites[0] = Composite.of_body(mechanism.body, w[0])
     made = TorqueDerivatives({}, {}, {}, composites, {}, {}, {}, {})
-    for j, link in mechanism.from_base():
-        if link.axis is not Axis.NONE:
-            made.moved[j], made.sped[j] = _changes(link.axis, j, found)
-    steps = {j: _steps(link, found.w[link.antecedent], qd[j]) for j, link in mechanism.from_base()}
+    steps = {j: _steps(link, w[link.antecedent], qd[j]) for j, link in mechanism.from_base()}
     for j, link in mechanism.from_tips():
         if link.antecedent in composites:
             composites[link.antecedent] += composites[j].to_antecedent(steps[j])
         if link.axis is not Axis.NONE:
             _add_row(mechanism, j, steps, made)
             made.by_qdd[j, j] = made.by_qdd[j, j] + link.rotor_inertia
-            _add_columns(mechanism, j, found.f[j], made)
     return made
+
+
+def add_motion(made: TorqueDerivatives, mechanism: Mechanism, found: Dynamics) -> None:
+    """Add what accelerations give: changes, columns, derivatives by q and qd."""
+    for j, link in mechanism.from_base():
+        if link.axis is not Axis.NONE:
+            made.moved[j], made.sped[j] = _changes(link.axis, j, found)
+    for j in (j for j, _ in mechanism.from_tips() if j in made.moved):
+        for i in reversed(path(mechanism, j)):
+            if i in made.moved:
+                row = made.rows[j, i]
+                made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
+        _add_columns(mechanism, j, found.f[j], made)
 
 
 def _changes(axis: Axis, j: int, found: Dynamics) -> tuple[Change, Change]:
@@ -182,12 +199,11 @@ def _steps(link: Link, w: Vector, qd: Scalar) -> Steps:
 
 
 def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Steps], made: TorqueDerivatives) -> None:
-    """Torque of joint j, by the variables of joints on the path to it."""
+    """Torque of joint j as a function of changes, and by the accelerations of joints on the path to it."""
     row = made.composites[j].row(mechanism.link(j).axis)
     for i in reversed(path(mechanism, j)):
         made.rows[j, i] = row
-        if i in made.moved:
-            made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
+        if mechanism.link(i).axis is not Axis.NONE:
             made.by_qdd[j, i] = made.by_qdd[i, j] = mechanism.link(i).axis.T * row.of_acceleration
         row = row.to_antecedent(steps[i])
     if 0 in made.composites:
