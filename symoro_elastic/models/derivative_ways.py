@@ -19,7 +19,13 @@ from symoro_elastic.mechanics.derivatives.accelerations import (
     solving_with_base,
 )
 from symoro_elastic.mechanics.derivatives.base import add_base, by_pose, falling_by_pose
-from symoro_elastic.mechanics.derivatives.torques import Entries, TorqueDerivatives, add_motion, by_accelerations
+from symoro_elastic.mechanics.derivatives.torques import (
+    Entries,
+    TorqueDerivatives,
+    add_motion,
+    by_accelerations,
+    torque_derivatives,
+)
 from symoro_elastic.mechanics.dynamics import Dynamics, dynamics
 from symoro_elastic.mechanics.factorization import solution
 from symoro_elastic.mechanics.mechanism import Mechanism
@@ -164,8 +170,10 @@ def torque_changes(
     Rows and columns of the base are those of its wrench, its velocity and its acceleration. `made` is what velocities
     give of them, where it is known.
     """
-    made = made or by_accelerations(found.mechanism, bound.rates(), found.w)
-    add_motion(made, found.mechanism, found)
+    if made is None:
+        made = torque_derivatives(found.mechanism, bound.rates(), found)
+    else:
+        add_motion(found.mechanism, found, made)
     if bound.machine.degrees_of_base:
         add_base(made, found.w[0])
     name_torque_derivatives(bound, made)

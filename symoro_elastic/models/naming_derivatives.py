@@ -20,20 +20,20 @@ BY_ARGUMENT = {"tau": "qddt", "q": "qddq", "qd": "qddv"}
 BY = "by_"
 
 
-def name_by_accelerations(bound: Bound, made: TorqueDerivatives) -> None:
-    """Name composite bodies, the rows of joints at each link, and the inertia matrix."""
+def name_by_accelerations(bound: Bound, made: TorqueDerivatives, title: str = ROWS) -> None:
+    """Name composite bodies, the rows of joints at each link, and the inertia matrix, in sections with a title."""
     for j in sorted(made.composites, reverse=True):
         _name_composite(bound.names, made.composites[j], j, Section(COMPOSITES, j, "[8], [13]"))
     for j, _ in bound.mechanism.from_tips():
-        here = Section(ROWS, j, "[8], [15]")
+        here = Section(title, j, "[15]")
         for i, row in ((i, row) for (of, i), row in made.rows.items() if of == j):
             _name_parts(bound.names, (("Fa", row.of_acceleration), ("Fh", (row.of_theta,))), (j, i), here)
-    _name_entries(bound.names, "A", made.by_qdd, ROWS, "[8], [15]")
+    _name_entries(bound.names, "A", made.by_qdd, title, "[15]")
 
 
 def name_torque_derivatives(bound: Bound, made: TorqueDerivatives) -> None:
-    """Name all of them: what accelerations need not be known for first, then columns at each link."""
-    name_by_accelerations(bound, made)
+    """Name all of them: rows, and columns at each link."""
+    name_by_accelerations(bound, made, TORQUES)
     for j, _ in bound.mechanism.from_tips():
         here = Section(TORQUES, j, "[15]")
         for i, (by_q, by_qd) in ((i, column) for (of, i), column in made.columns.items() if of == j):

@@ -21,7 +21,7 @@ there as wrenches.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symoro_elastic.mechanics.dynamics import Dynamics
@@ -144,38 +144,54 @@ def torque_derivatives(mechanism: Mechanism, qd: Scalars, found: Dynamics) -> To
 
     Units N m/rad, N m s/rad, kg m2, or with m and N.
     """
-    made = by_accelerations(mechanism, qd, found.w)
-    add_motion(made, mechanism, found)
+    made = _bodies(mechanism, found.w)
+    _add_changes(mechanism, found, made)
+    for j in _added_rows(mechanism, qd, found.w, made):
+        _add_columns(mechanism, j, found.f[j], made)
     return made
 
 
 def by_accelerations(mechanism: Mechanism, qd: Scalars, w: Sequence[Vector]) -> TorqueDerivatives:
     """What velocities give of them: composite bodies, rows, derivatives by qdd."""
-    composites = {j: Composite.of_body(link.body, w[j]) for j, link in mechanism.from_base()}
-    if mechanism.body is not None:
-        composites[0] = Composite.of_body(mechanism.body, w[0])
-    made = TorqueDerivatives({}, {}, {}, composites, {}, {}, {}, {})
-    steps = {j: _steps(link, w[link.antecedent], qd[j]) for j, link in mechanism.from_base()}
-    for j, link in mechanism.from_tips():
-        if link.antecedent in composites:
-            composites[link.antecedent] += composites[j].to_antecedent(steps[j])
-        if link.axis is not Axis.NONE:
-            _add_row(mechanism, j, steps, made)
-            made.by_qdd[j, j] = made.by_qdd[j, j] + link.rotor_inertia
+    made = _bodies(mechanism, w)
+    for _ in _added_rows(mechanism, qd, w, made):
+        pass
     return made
 
 
-def add_motion(made: TorqueDerivatives, mechanism: Mechanism, found: Dynamics) -> None:
-    """Add what accelerations give: changes, columns, derivatives by q and qd."""
+def add_motion(mechanism: Mechanism, found: Dynamics, made: TorqueDerivatives) -> None:
+    """Add what accelerations give to that: changes, columns, derivatives by q and qd."""
+    _add_changes(mechanism, found, made)
+    for j in (j for j, _ in mechanism.from_tips() if j in made.moved):
+        for i in reversed(path(mechanism, j)):
+            _add_by_row(j, i, made)
+        _add_columns(mechanism, j, found.f[j], made)
+
+
+def _bodies(mechanism: Mechanism, w: Sequence[Vector]) -> TorqueDerivatives:
+    """Bodies that do not carry others yet."""
+    bodies = {j: Composite.of_body(link.body, w[j]) for j, link in mechanism.from_base()}
+    if mechanism.body is not None:
+        bodies[0] = Composite.of_body(mechanism.body, w[0])
+    return TorqueDerivatives({}, {}, {}, bodies, {}, {}, {}, {})
+
+
+def _add_changes(mechanism: Mechanism, found: Dynamics, made: TorqueDerivatives) -> None:
     for j, link in mechanism.from_base():
         if link.axis is not Axis.NONE:
             made.moved[j], made.sped[j] = _changes(link.axis, j, found)
-    for j in (j for j, _ in mechanism.from_tips() if j in made.moved):
-        for i in reversed(path(mechanism, j)):
-            if i in made.moved:
-                row = made.rows[j, i]
-                made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
-        _add_columns(mechanism, j, found.f[j], made)
+
+
+def _added_rows(mechanism: Mechanism, qd: Scalars, w: Sequence[Vector], made: TorqueDerivatives) -> Iterator[int]:
+    """Joints from the tips to the base, each when its composite body and its row are found."""
+    steps = {j: _steps(link, w[link.antecedent], qd[j]) for j, link in mechanism.from_base()}
+    for j, link in mechanism.from_tips():
+        if link.antecedent in made.composites:
+            made.composites[link.antecedent] += made.composites[j].to_antecedent(steps[j])
+        if link.axis is not Axis.NONE:
+            _add_row(mechanism, j, steps, made)
+            made.by_qdd[j, j] = made.by_qdd[j, j] + link.rotor_inertia
+            yield j
 
 
 def _changes(axis: Axis, j: int, found: Dynamics) -> tuple[Change, Change]:
@@ -203,11 +219,19 @@ def _add_row(mechanism: Mechanism, j: int, steps: dict[int, Steps], made: Torque
     row = made.composites[j].row(mechanism.link(j).axis)
     for i in reversed(path(mechanism, j)):
         made.rows[j, i] = row
+        _add_by_row(j, i, made)
         if mechanism.link(i).axis is not Axis.NONE:
             made.by_qdd[j, i] = made.by_qdd[i, j] = mechanism.link(i).axis.T * row.of_acceleration
         row = row.to_antecedent(steps[i])
     if 0 in made.composites:
         made.rows[j, 0] = row
+
+
+def _add_by_row(j: int, i: int, made: TorqueDerivatives) -> None:
+    """Torque of joint j by the variables of joint i, where its changes are known."""
+    if i in made.moved:
+        row = made.rows[j, i]
+        made.by_q[j, i], made.by_qd[j, i] = row.of(made.moved[i]), row.of(made.sped[i])
 
 
 def _add_columns(mechanism: Mechanism, j: int, f: Wrench, made: TorqueDerivatives) -> None:
