@@ -27,9 +27,10 @@ RATIOS: tuple[tuple[str, str, str, float], ...] = (
 )
 """Machine, model, contestants of whom the best counts, how many times faster than Pinocchio."""
 RATIOS_OF_DERIVATIVES = (
-    (ARM, "inverse_dynamics_derivatives", "call, ", 9.0),
-    (ARM, "direct_dynamics_derivatives", "call, ", 4.0),
-    (TREE, "inverse_dynamics_derivatives", "call, ", 2.0),
+    (ARM, "inverse_dynamics_derivatives", "call, ", 15.0),
+    (ARM, "direct_dynamics_derivatives", "call, ", 12.0),
+    (TREE, "inverse_dynamics_derivatives", "call, ", 6.0),
+    (TREE, "direct_dynamics_derivatives", "call, ", 4.0),
 )
 Verdict = tuple[str, str, str, bool]
 """What, wanted, found, whether it is enough."""
