@@ -198,7 +198,7 @@ def test_long_chains_are_solved_by_recursion(monkeypatch: pytest.MonkeyPatch) ->
     [
         (INVERSE, KnownOfBase.ACCELERATION, 1.15),
         (INVERSE, KnownOfBase.WRENCH, 1.95),
-        (DIRECT, KnownOfBase.WRENCH, 1.75),
+        (DIRECT, KnownOfBase.WRENCH, 1.8),
         (DIRECT, KnownOfBase.ACCELERATION, 1.45),
     ],
 )
