@@ -166,6 +166,9 @@ def plan(machine: DescribedMachine, options: Sweeping) -> Plan:
     computed = _swept(options, machine)
     swept_over = quantities(computed.machine, axes)
     for one in swept_over:
+        if one.of_drive and not computed.sees_drives:
+            what = f"{one.name} belongs to drives, on which {_name(options)} does not depend here: see --of control"
+            raise InputError(machine.label, "--over", what)
         if not one.is_position and one.key in options.values:
             raise InputError(machine.label, "--value", f"{one.key} is swept: remove one of the two")
     computed.prepare([one.key for one in swept_over if one.is_position])

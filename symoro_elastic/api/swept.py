@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -35,6 +35,8 @@ class SweptVibration:
     values: Values
     inputs: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
+    sees_drives: ClassVar[bool] = False
+    """Whether results depend on drives."""
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is sent to other processes: not the trace, which they make themselves."""
@@ -116,6 +118,7 @@ class SweptControl(SweptVibration):
     """
 
     damping: float = 0.0
+    sees_drives: ClassVar[bool] = True
 
     @classmethod
     def of(
@@ -165,6 +168,11 @@ class SweptMotions:
 
     machine: DescribedMachine
     values: Values
+
+    @property
+    def sees_drives(self) -> bool:
+        """Whether motions are under drives."""
+        return any(motion.drives for motion in self.machine.asked.motions)
 
     def at(self, values: Values, positions: Values) -> DescribedMachine:
         """Return the machine with these values, its motions from these positions."""
@@ -255,6 +263,7 @@ class SweptFunction:
     machine: DescribedMachine
     values: Values
     function: Callable[..., Mapping[str, float]]
+    sees_drives: ClassVar[bool] = True
 
     @property
     def takes_positions(self) -> bool:

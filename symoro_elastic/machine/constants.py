@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
-from symoro_elastic.machine.described import AnyMachine, with_changed_scene
+from symoro_elastic.machine.described import AnyMachine, DescribedMachine, with_changed_scene
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.scene import ALL, AT, RequestedPart, Scene
 
@@ -24,7 +24,8 @@ def with_constants(machine: AnyMachine, names: Collection[str]) -> AnyMachine:
     values = {p.name: p.value for p in machine.parameters if p.name in names and p.value is not None}
     kept = tuple(parameter for parameter in machine.parameters if parameter.name not in values)
     try:
-        cells = {name: _replaced(getattr(machine, name), values) for name in WITH_CELLS}
+        own = (*WITH_CELLS, *(("drives",) if isinstance(machine, DescribedMachine) else ()))
+        cells = {name: _replaced(getattr(machine, name), values) for name in own}
         return with_changed_scene(replace(machine, parameters=kept, **cells), lambda scene: _scene(scene, values))
     except FormulaError as error:
         raise machine.error("parameters", f"{', '.join(values)}: {error}") from None

@@ -11,6 +11,7 @@ from symoro_elastic.machine.checks import law_faults
 from symoro_elastic.machine.columns import Cell, Dimension, cells, with_cells
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.described import AnyMachine
+from symoro_elastic.machine.drive_numbers import refuse_wrong_drives, with_named_drives
 from symoro_elastic.machine.formula import Formula, FormulaError, refuse_range
 from symoro_elastic.machine.loop_checks import start_faults
 from symoro_elastic.machine.loops import branches
@@ -35,11 +36,11 @@ def with_named_cells(machine: AnyMachine) -> AnyMachine:
 
 
 def with_values(machine: AnyMachine, values: Mapping[str, float]) -> AnyMachine:
-    """Return the machine with other values of parameters, or of the cells named by `with_named_cells`.
+    """Return the machine with other values of parameters, of the cells named by `with_named_cells`, or of drives.
 
     Raises `InputError` for names that do not exist, and for values that no file may have, such as a negative mass.
     """
-    named = with_named_cells(machine)
+    named = with_named_drives(with_named_cells(machine))
     names = [parameter.name for parameter in named.parameters]
     refuse_values(machine, values, names)
     given = {name: Formula.parse(float(x)) for name, x in values.items()}
@@ -73,6 +74,7 @@ def refuse_wrong_values(machine: Machine, given: Collection[str], values: dict[s
         if touched and isinstance(owner, Joint):
             for key, what in law_faults(owner, values):
                 raise InputError(machine.label, f"{name}.{key}", what)
+    refuse_wrong_drives(machine, given, values)
     for place, what in start_faults(machine, values) if machine.loops else ():
         raise InputError(machine.label, place, what)
     return values

@@ -136,9 +136,8 @@ def law_of(one: Cascade, of_delay: int = 1) -> DriveLaw:
     """Return the law of a drive, its dead time as so many approximations of Pade; a hold counts half of its period."""
     limited, shaped = one.torque_limit < np.inf, one.set_point
     assert shaped is None or isinstance(shaped, Biquad | FirstOrder)
-    filters = tuple(x for x in one.path if limited and _is_filter(x))
-    ahead = system_of(filters)
-    behind = system_of(tuple(x for x in one.path if x not in (*filters, one.current)), of_delay)
+    before_limit, behind_it = parts_of_path(one)
+    ahead, behind = system_of(before_limit), system_of(behind_it, of_delay)
     before = 0 if shaped is None else len(_of_set_point(shaped).A)
     integral = int(one.Tn < np.inf)
     electric = 2 if one.current else 0
@@ -163,6 +162,12 @@ def law_of(one: Cascade, of_delay: int = 1) -> DriveLaw:
         first += len(part.A)
     sizes = np.concatenate([np.ones(before + integral), np.full(n - before - integral, one.Kp)])
     return of.law(tau, f, voltage, np.array([one.torque_limit, one.voltage_limit]), rest, sizes)
+
+
+def parts_of_path(one: Cascade) -> tuple[tuple[Element, ...], tuple[Element, ...]]:
+    """Return the path of a torque before its limit, filters where there is one, and behind, up to the winding."""
+    ahead = tuple(x for x in one.path if one.torque_limit < np.inf and _is_filter(x))
+    return ahead, tuple(x for x in one.path if x not in (*ahead, one.current))
 
 
 def current_loop(one: Cascade, lag: float) -> DriveLaw:

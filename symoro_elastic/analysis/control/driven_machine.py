@@ -56,9 +56,9 @@ def driven_machine(
     `signals` are outputs that have rows in the linearizations; gains that are sought `together` have the least peak of
     their compliances. Raises `InputError`.
     """
-    drives = drives_of(motion.asked).by_motor
-    joints = {joint.name: joint for joint in motion.asked.joints}
-    cascades = [cascade_of(joints[name], one, motion.parameters, motion.source) for name, one in drives.items()]
+    drives = drives_of(motion.driven).by_motor
+    joints = {joint.name: joint for joint in motion.driven.joints}
+    cascades = [cascade_of(joints[name], one, motion.numbers, motion.source) for name, one in drives.items()]
     if tune:
         cascades = [_sought(one, drives[one.motor]) for one in cascades]
     plants = tuple(_plant(motion, state, place, drives, damping, signals) for place, state in states)

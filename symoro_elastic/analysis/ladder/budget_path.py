@@ -1,7 +1,8 @@
 """The path of a budget: at each step that is left out which saves the most operations for the error that it adds.
 
 Candidates are the next springs in the order of the ladder, one or several at once; numbers of bodies and rotors; static
-springs that are held where they are neutral instead of where the motion starts. What a number saves is estimated by
+springs that are held where they are neutral instead of where the motion starts. Numbers stay where drives feed the
+inverse model forward, which has them, too. What a number saves is estimated by
 uses (`savings`), then counted in the programs without it. Errors are those of the linear model along the motions, and
 add up by the triangle inequality. The shares of the ladder, a quarter of the tolerances for time steps, are where the
 path begins; what is left at its end is spent on longer steps.
@@ -18,7 +19,7 @@ import numpy as np
 
 from symoro_elastic.analysis.ladder.budget import PathStep, Spent
 from symoro_elastic.analysis.ladder.numbers import LeftOutNumbers, with_symbols
-from symoro_elastic.analysis.ladder.predicted_rungs import Prediction, held_springs
+from symoro_elastic.analysis.ladder.predicted_rungs import Prediction, held_springs, zeros_of
 from symoro_elastic.analysis.ladder.rung import Rung, Steps
 from symoro_elastic.analysis.ladder.savings import Savings
 from symoro_elastic.analysis.simulation.compiled_steps import ways_of
@@ -116,7 +117,7 @@ class BudgetPath:
         rung = now.rung
         k = self._place(rung)
         yield from self._springs(now, k)
-        if not now.steps.method:
+        if not now.steps.method or any(one.torque_forward for one in self.prediction.references[0].drives):
             return
         changes, savings = self._changes_at(k), self._savings_at(k, now.steps.method)
         taken = (*rung.zero, *rung.neutral)
@@ -191,20 +192,17 @@ class BudgetPath:
     def _place(self, rung: Rung) -> int:
         return next(k for k, one in enumerate(self._rungs) if {*one.left_out} == {*rung.left_out})
 
-    def _entries(self, left_out: Sequence[str]) -> tuple[int, ...]:
-        return tuple(self.prediction.paths[0].joints.index(name) for name in left_out)
-
     def _outputs(self, left_out: Sequence[str]) -> list[Array]:
-        """Return the outputs (N, names) of each motion where springs are static."""
-        entries = self._entries(left_out)
-        return [Deviations(path).under(path.R[:, None], entries)[:, 0] for path in self.prediction.paths]
+        """Return the outputs (N, names) of each motion where springs and parts of drives follow."""
+        each = [path.following(left_out) for path in self.prediction.paths]
+        return [Deviations(path).with_springs([springs])[1][:, 0] for path, springs in each]
 
     def _changes_at(self, k: int) -> dict[str, list[Array]]:
         """Return the changes of outputs (N, names) of each motion by name, where the springs of a rung are static."""
         if k not in self._changes:
             left_out = self._rungs[k].left_out
             names = (*self._numbers[0].numbers, *(x for x in self._numbers[0].neutral if x in left_out))
-            each = [one.changes([(name,) for name in names], self._entries(left_out)) for one in self._numbers]
+            each = [one.changes([(name,) for name in names], left_out) for one in self._numbers]
             self._changes[k] = {name: [x[:, row] for x in each] for row, name in enumerate(names)}
         return self._changes[k]
 
@@ -220,12 +218,12 @@ class BudgetPath:
             machine = replace(machine, parameters=(*machine.parameters, *new))
             static = {name: Formula.parse(own[name]) if name in own else x for name, x in held.items()}
             symbols = symbols | own
-            kept = restrict(machine, Scene(static=dict(static)))
+            kept = restrict(machine, Scene(static=dict(static), zero=zeros_of(replace(rung, zero=()), held)))
             self._savings[k, method] = Savings(kept, ways_of(prediction.references[0]), symbols, METHODS[method])
         return self._savings[k, method]
 
     def _has_inertia(self, numbers: LeftOutNumbers, rung: Rung) -> bool:
-        return not rung.zero or numbers.has_inertia(rung.zero, self._entries(rung.left_out))
+        return not rung.zero or numbers.has_inertia(rung.zero, rung.left_out)
 
     def _largest(self, changes: Sequence[Sequence[Array]]) -> dict[str, float]:
         """Return the largest sum of changes by output, over all motions."""

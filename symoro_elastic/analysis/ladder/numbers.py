@@ -33,48 +33,51 @@ class LeftOutNumbers:
     """Changes of outputs along one motion where numbers are left out."""
 
     def __init__(self, path: LinearPath) -> None:
-        self.path, self._deviations = path, Deviations(path)
+        self.path = path
         machine = path.reference.machine
         named, self._symbols = with_symbols(machine)
         self.numbers = tuple(self._symbols)
         self._motion = EquationsOfMotion(named)
+        self._joints = tuple(self._motion.names)
         neutral = [joint.spring.neutral.value(self._motion.parameters) for joint in machine.independent_joints]
         shifts = np.array(neutral) - path.reference.start.q
         self.neutral = {path.joints[k]: float(shifts[k]) for k in path.springs if shifts[k]}
         """By spring: from where the motion starts to its neutral position, rad or m."""
 
-    def changes(self, sets: Sequence[Collection[str]], left_out: Collection[int]) -> Array:
-        """Return the changes of outputs (N, sets, outputs) where some springs are static, for each set of names.
+    def changes(self, sets: Sequence[Collection[str]], left_out: Collection[str]) -> Array:
+        """Return the changes of outputs (N, sets, outputs) where springs and parts of drives follow, for each set.
 
         A name is that of a number, which is zero, or of a static spring, which is held at its neutral position.
         """
-        motion = self.path.driven_by(self.path.R[:, None], left_out)
-        states = [
-            x + d[:, 0] for x, d in zip(self.path.states(self.path.t), (motion.d, motion.dd, motion.ddd), strict=True)
-        ]
+        path, springs = self.path.following(left_out)
+        motion, n = path.driven_by(path.R[:, None], springs), len(self._joints)
+        small = (motion.d, motion.dd, motion.ddd)
+        states = [x[:, :n] + d[:, 0, :n] for x, d in zip(path.states(path.t), small, strict=True)]
         exact = self._forces(states, ())
-        forces = [exact - self._forces(states, names) for names in sets]
-        return self._deviations.under(np.stack(forces, axis=1), left_out)
+        forces = np.stack([exact - self._forces(states, names) for names in sets], axis=1)
+        more = len(path.joints) - n
+        return Deviations(path).under(np.pad(forces, ((0, 0), (0, 0), (0, more))), springs)
 
-    def has_inertia(self, names: Collection[str], left_out: Collection[int]) -> bool:
+    def has_inertia(self, names: Collection[str], left_out: Collection[str]) -> bool:
         """Whether enough of the inertia matrix is left along the motion."""
-        rows = [k for k in range(len(self.path.joints)) if k not in left_out]
+        rows = [k for k, name in enumerate(self._joints) if name not in left_out]
         whole, left = (self._inertia(x)[:, rows][:, :, rows] for x in ((), names))
         return bool((np.linalg.eigvalsh(left - LEAST_INERTIA * whole) >= 0).all())
 
     def _forces(self, states: Sequence[Array], names: Collection[str]) -> Array:
         """Return ID (N, n), less the forces of springs that are held at their neutral positions."""
         q, v, a = states
-        shift = np.array([self.neutral[name] if name in names else 0.0 for name in self.path.joints])
+        shift = np.array([self.neutral[name] if name in names else 0.0 for name in self._joints])
         rows = self._values(self._motion.residual, (q + shift, v, a), names)
-        forces: Array = rows - self.path.stiffness * shift
+        forces: Array = rows - self.path.stiffness[: len(shift)] * shift
         return forces
 
     def _inertia(self, names: Collection[str]) -> Array:
         """Return M (N, n, n) along the reference."""
-        n = len(self.path.joints)
+        n = len(self._joints)
         (M,) = (output.entries for output in self._motion.linear_model.outputs if output.name == "M")
-        return self._values(M, self.path.states(self.path.t), names).reshape(-1, n, n)
+        states = [x[:, :n] for x in self.path.states(self.path.t)]
+        return self._values(M, states, names).reshape(-1, n, n)
 
     def _values(self, roots: Sequence[Scalar], states: Sequence[Array], names: Collection[str]) -> Array:
         """Return values of expressions (N, roots) at states, the numbers named being zero."""

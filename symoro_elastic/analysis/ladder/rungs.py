@@ -46,9 +46,6 @@ def ladder(
     announce("predict")
     prediction = prediction_of(machine, motions, tolerance, period)
     rungs = prediction.rungs(progress)
-    if with_budget and prediction.references[0].drives:
-        what = "a budget is not spent on drives: leave out --budget, or drives"
-        raise prediction.references[0].prescribed.error("drives", what)
     announce("measure")
     measurement = Measurement(prediction)
     found = measured_ladder(measurement, rungs)

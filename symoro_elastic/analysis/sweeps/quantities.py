@@ -1,4 +1,4 @@
-"""Quantities of a machine that are swept: parameters, numbers of its table, positions of its joints."""
+"""Quantities of a machine that are swept: parameters, numbers of its table and its drives, positions of its joints."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from symoro_elastic.analysis.sweeps.ranges import LIMITS, OPTION, TOLERANCE, Axis, OfMachine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.columns import Cell, Dimension, cells
-from symoro_elastic.machine.described import limits_of
+from symoro_elastic.machine.described import drives_of, limits_of
+from symoro_elastic.machine.drive_numbers import WINDING, numbers_of_drives, why_no_number
 from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.limits import Limits
 from symoro_elastic.machine.machine import Joint, Machine
@@ -24,13 +25,17 @@ STRUCTURE = (
 
 @dataclass(frozen=True)
 class Quantity:
-    """What an axis changes: `key` is the name of a parameter, or of a joint whose position it is."""
+    """What an axis changes: `key` is the name of a parameter, or of a joint whose position it is.
+
+    `of_drive` says that drives alone depend on it.
+    """
 
     name: str
     key: str
     is_position: bool
     unit: str = ""
     cells: tuple[Cell, ...] = ()
+    of_drive: bool = False
 
     def fault(self, x: float) -> str:
         """Return why the cells that hold it cannot be x; empty where they can."""
@@ -64,9 +69,11 @@ def _ranged(machine: Machine, limits: Limits, one: Quantity, over: Axis) -> Axis
         other = f"{one.name} is a parameter: write {one.name}={TOLERANCE}"
     else:
         given = None if one.is_position else limits.parameters.get(one.key)
+        written = one.key if "." not in one.key else "P"
         what = (
-            f'[parameters] of the machine give no tolerance of it: write {one.key} = {{ value = X, tolerance = "5 %" }}'
+            f'[parameters] of the machine give no tolerance of it: write {written} = {{ value = X, tolerance = "5 %" }}'
         )
+        what += f", and P in place of {one.key}" if written == "P" else ""
         other = f"{one.name} is a position: write {one.name}={LIMITS}"
     if given is None:
         is_other = one.is_position is not (over.word == LIMITS)
@@ -94,12 +101,17 @@ def _known(machine: Machine) -> dict[str, Quantity]:
     named = {parameter.name for parameter in with_named_cells(machine).parameters}
     filled = [pair for owner in (*machine.joints, *machine.free_bodies) for pair in cells(owner)]
     alone = {p.name: tuple(cell for cell, formula in filled if str(formula) == p.name) for p in machine.parameters}
-    found = {p.name: Quantity(p.name, p.name, False, p.unit, alone[p.name]) for p in machine.parameters}
+    driving = _of_drives_alone(machine)
+    found = {
+        p.name: Quantity(p.name, p.name, False, p.unit, alone[p.name], p.name in driving) for p in machine.parameters
+    }
     for joint in machine.joints:
         for cell in (cell for cell, _ in cells(joint)):
             key = f"{joint.name}.{cell.name}"
             for name in (key, f"{joint.name}.{cell.par}") if key in named else ():
                 found.setdefault(name, _of_cell(joint, cell, name, key))
+    for name, number in numbers_of_drives(machine).items():
+        found.setdefault(name, Quantity(name, name, False, number.unit, of_drive=True))
     for one in positions:
         found[POSITION + one.name] = Quantity(POSITION + one.name, one.key, True, one.unit)
         found.setdefault(one.name, one)
@@ -107,6 +119,17 @@ def _known(machine: Machine) -> dict[str, Quantity]:
         variable = str(joint.variable)
         found.setdefault(variable, Quantity(variable, joint.name, True, joint.unit))
     return found
+
+
+def _of_drives_alone(machine: Machine) -> set[str]:
+    """Return the parameters that stand in drives and their windings, and nowhere else."""
+    drives = drives_of(machine).by_motor.values()
+    driving = {name for one in drives for _, formula in one.formulas for name in formula.names}
+    others = set[str]()
+    for owner in (*machine.joints, machine.base, *machine.free_bodies):
+        for cell, formula in cells(owner):
+            (driving if cell.name in WINDING else others).update(formula.names)
+    return driving - others
 
 
 def _of_cell(joint: Joint, cell: Cell, name: str, key: str) -> Quantity:
@@ -122,6 +145,8 @@ def _fault(cell: Cell, x: float) -> str:
 def _found(machine: Machine, name: str, known: dict[str, Quantity]) -> Quantity:
     if name in known:
         return known[name]
+    if reason := why_no_number(machine, name):
+        raise InputError(machine.label, OPTION, f"{quote(name)} cannot be swept: {reason}")
     joint, _, key = name.partition(".")
     own = next((x for x in machine.joints if x.name == joint), None)
     if own and key in {label for cell, _ in cells(own) for label in (cell.name, cell.par)}:

@@ -6,14 +6,14 @@ drive is nothing but its current loop, under a torque that is held.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
+from collections.abc import Iterator
+from dataclasses import MISSING, dataclass, fields, replace
 from enum import Enum
 from functools import partial
-from typing import Any
 
 from symoro_elastic.machine.described import DescribedMachine, drives_of
-from symoro_elastic.machine.drives import MOTOR, ONE, TUNED, Drive, Drives, gain_unit
+from symoro_elastic.machine.drive_numbers import DriveNumber, with_changed
+from symoro_elastic.machine.drives import MOTOR, ONE, TUNED, Drive, Drives
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.freed import unused_name
 from symoro_elastic.machine.joints import Joint
@@ -25,7 +25,6 @@ from symoro_elastic.models.drive_states import driven_motors
 WAY_OUT = "leave it out, or give --by-torque"
 KEYS = {"torque_limit": "limits, torque", "current": "current, kp"}
 """Keys of a file whose names are others than those of a `Drive`."""
-UNITS = {"lag": "s", "dead_time": "s", "windup": "s", "ti": "s"}
 OF_SAMPLES = ("period", "dead_time", "time")
 """Numbers that decide when a controller is called, and what it keeps: constants of an FMU."""
 SAME = 1e-9
@@ -118,23 +117,6 @@ def without_drives(machine: Machine) -> Machine:
     return replace(machine, drives=Drives()) if isinstance(machine, DescribedMachine) else machine
 
 
-@dataclass(frozen=True)
-class DriveNumber:
-    """A number of a drive as a parameter: `motor_x.Kp` by its joint and its place in the drive, its unit."""
-
-    joint: Joint
-    place: str
-
-    @property
-    def unit(self) -> str:
-        """Its unit; empty for a number without one, and where it depends on what it belongs to."""
-        if self.place in ("Kv", "Kp", "Tn"):
-            return gain_unit(self.place, self.joint)
-        if self.place == "torque_limit":
-            return self.joint.force_unit
-        return UNITS.get(self.place.rpartition(".")[2], "")
-
-
 def with_free_drives(machine: Machine, taken: Reasons) -> tuple[Machine, dict[str, DriveNumber]]:
     """Return the machine with the numbers of its drives as parameters, and these by the names of the parameters.
 
@@ -160,18 +142,6 @@ def with_free_drives(machine: Machine, taken: Reasons) -> tuple[Machine, dict[st
         named.append(Parameter(name, x, number.unit))
         return Formula.parse(name)
 
-    made = {name: _changed(one, "", partial(free, joints[name])) for name, one in drives.items()}
+    made = {name: with_changed(one, partial(free, joints[name])) for name, one in drives.items()}
     freed = replace(machine, drives=Drives(made), parameters=(*machine.parameters, *named))  # type: ignore[call-arg]
     return freed, found
-
-
-def _changed(part: Any, place: str, change: Callable[[str, Formula], Formula]) -> Any:
-    """Return a drive, or a part of one, with every formula changed; places are names of fields and numbers of rows."""
-    if isinstance(part, Formula):
-        return change(place, part)
-    if isinstance(part, tuple):
-        return tuple(_changed(x, f"{place.removesuffix('s')}_{k}", change) for k, x in enumerate(part, start=1))
-    if not is_dataclass(part) or isinstance(part, type):
-        return part
-    names = [field.name for field in fields(part)]
-    return replace(part, **{x: _changed(getattr(part, x), f"{place}.{x}".lstrip("."), change) for x in names})

@@ -22,6 +22,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.domain import NEXT, Domain
+from symoro_elastic.machine.drive_numbers import with_named_drives
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.machine import Friction, Kind, Machine
@@ -82,7 +83,7 @@ class EquationsOfMotion:
     def __init__(self, machine: Machine, values: Mapping[str, float] | None = None, points: Points = ()) -> None:
         """Wrenches that models take as arguments are zero. Raises `InputError` for parameters without a value."""
         require_fixed_base(machine, "linear models")
-        self.asked = machine
+        self.asked, self.driven = machine, with_named_drives(machine)
         machine = replace(machine, forces=())
         machine = with_independent_motors(machine)
         self.given, self.points = machine, points
@@ -93,7 +94,7 @@ class EquationsOfMotion:
         self.names = [joint.name for joint in self.joints]
         self.motors = list(self.machine.motor_entries)
         self.bound = Bound(self.machine, points=points)
-        self.given_values, self.parameters = dict(values or {}), _values(self._judged, values or {})
+        self._take(values or {})
         self.assembled = AssembledLoops(self.bound, self.parameters)
         self.traced: dict[Any, Any] = {}
 
@@ -101,9 +102,14 @@ class EquationsOfMotion:
         """Return the equations at other values of parameters; what is traced is shared. Raises `InputError`."""
         found = object.__new__(EquationsOfMotion)
         found.__dict__.update(self.__dict__)
-        found.given_values, found.parameters = dict(values), _values(self._judged, values)
+        found._take(values)
         found.assembled = self.assembled.at_values(found.parameters)
         return found
+
+    def _take(self, values: Mapping[str, float]) -> None:
+        """Take values: `parameters` are those of the mechanics, `numbers` have those of drives, too."""
+        self.given_values, self.numbers = dict(values), _values(with_named_drives(self._judged), values)
+        self.parameters = {p.name: self.numbers[p.name] for p in self._judged.parameters}
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return machine, values and points: expressions are traced anew where a pickle is read."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,80 @@ def test_a_point_is_what_control_says_of_that_machine() -> None:
         }
         assert {name: found.figures[name][k] for name in wanted} == pytest.approx(wanted, rel=1e-9, abs=1e-12)
     assert found.units["motor: bandwidth"] == "Hz" and found.units["motor: velocity_phase"] == "deg"
+
+
+ELECTRIC: dict[str, Any] = {
+    **AXIS,
+    "parameters": {"TD": 4e-4, "KP": 4000.0, "KT": 80.0},
+    "motors": {"motor": {"resistance": 0.8, "inductance": 3e-3, "torque_constant": "KT", "back_emf": 70}},
+    "drives": {
+        "motor": {
+            **AXIS["drives"]["motor"],
+            "current": {"kp": 9, "ti": 4e-3, "compensation": 0.5},
+            "filters": [{"notch": 150, "depth": 0.1, "width": 0.6}, {"lowpass": 800}],
+            "set_point": {"lowpass": 60},
+            "limits": {"torque": 9000, "windup": 0.1, "voltage": 400},
+            "feed_forward": {"velocity": 0.9, "acceleration": 60},
+        }
+    },
+}
+PLACES = {
+    "Kv": ("Kv",),
+    "Tn": ("Tn",),
+    "current.kp": ("current", "kp"),
+    "current.ti": ("current", "ti"),
+    "current.compensation": ("current", "compensation"),
+    "filter_1.frequency": ("filters", 0, "notch"),
+    "filter_1.width": ("filters", 0, "width"),
+    "filter_2.frequency": ("filters", 1, "lowpass"),
+    "set_point.frequency": ("set_point", "lowpass"),
+    "velocity_forward": ("feed_forward", "velocity"),
+}
+
+
+@pytest.mark.parametrize("name", [*PLACES, "resistance", "inductance", "back_emf"])
+def test_each_number_of_a_drive_is_swept_as_its_file_would_have_it(name: str) -> None:
+    """By its place in the drive, or in the winding; as a sweep, and as a value."""
+    written = copy.deepcopy(ELECTRIC)
+    *path, last = ("drives", "motor", *PLACES[name]) if name in PLACES else ("motors", "motor", name)
+    owner = written
+    for key in path:
+        owner = owner[key]
+    owner[last] *= 1.1
+    key = f"motor.{name}"
+    found = se.sweep(ELECTRIC, over={key: [owner[last]]}, of="control")
+    there = se.sweep(written, over={"TD": [4e-4]}, of="control")
+    before = se.sweep(ELECTRIC, over={"TD": [4e-4]}, of="control")
+    assert found.figures.keys() == there.figures.keys()
+    for figure, x in there.figures.items():
+        np.testing.assert_allclose(found.figures[figure], x, rtol=1e-12)
+    assert any(x != before.figures[figure] for figure, x in found.figures.items())
+    (axis,), (other,) = (
+        one.places[0].axes for one in (se.control(ELECTRIC, values={key: owner[last]}), se.control(written))
+    )
+    assert axis.position.modulus == pytest.approx(other.position.modulus, rel=1e-12)
+
+
+def test_what_a_drive_has_not_as_a_number_is_refused_by_name() -> None:
+    for name, what in (
+        ("motor.Kp", "it is KP: name KP in its place"),
+        ("motor.dead_time", "it is TD: name TD in its place"),
+        ("motor.lag", "it is 0, so the drive has no such part"),
+        ("motor.period", "the drive has no such part"),
+        ("motor.torque_forward", "it is False, no number"),
+        ("motor.measured", "it is motor, no number"),
+        ("motor.Kx", "no parameter, number of the table"),
+    ):
+        with pytest.raises(InputError) as error:
+            se.sweep(ELECTRIC, over={name: [1.0, 2.0]}, of="control")
+        assert what in str(error.value), name
+    for name in ("motor.Kv", "KP", "KT", "motor.resistance"):
+        with pytest.raises(InputError, match=f"{name} belongs to drives, on which modes does not depend"):
+            se.sweep(ELECTRIC, over={name: [1.0, 2.0]}, of="modes")
+    wrong = se.sweep(ELECTRIC, over={"motor.Kv": [-1.0, 20.0]}, of="control")
+    assert "drives, motor, Kv: -1 is not above zero" in wrong.reasons[0]
+    with pytest.raises(InputError, match="drives, motor, Tn: 0 is not above zero"):
+        se.control(ELECTRIC, values={"motor.Tn": 0.0})
 
 
 def test_slopes_of_a_largest_gain_are_those_that_control_names() -> None:

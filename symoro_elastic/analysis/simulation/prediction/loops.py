@@ -20,7 +20,7 @@ from itertools import groupby
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import CURRENT, Biquad, Cascade, DeadTime, FirstOrder
-from symoro_elastic.analysis.control.drive_laws import XD, DriveLaw, X, law_of
+from symoro_elastic.analysis.control.drive_laws import LIMITS, XD, DriveLaw, X, law_of, parts_of_path
 from symoro_elastic.analysis.simulation.compiled_steps import refuse_sampled
 from symoro_elastic.analysis.simulation.drive_torques import inputs_of
 from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, is_torque
@@ -33,22 +33,12 @@ CONTROLLER = "controller"
 
 
 def refuse_drives(reference: Reference) -> None:
-    """Raise `InputError` for what linear models of motions do not have of drives."""
+    """Raise `InputError` for what linear models of motions do not have of drives: samples, measured loads."""
     refuse_sampled(reference)
     known = drives_of(reference.machine).by_motor
     for one in reference.drives:
         drive = known[one.motor]
-        lacking = {
-            "measured": None if drive.measured == MOTOR else drive.measured,
-            "period": drive.period,
-            "limits, torque": drive.torque_limit,
-            "limits, current": drive.current_limit,
-            "limits, voltage": drive.voltage_limit,
-            "set_point": drive.set_point,
-            "current, kp": drive.current,
-            "feed_forward, torque": drive.torque_forward or None,
-        }
-        for key in (key for key, x in lacking.items() if x is not None):
+        for key in (key for key, there in (("measured", drive.measured != MOTOR), ("period", drive.period)) if there):
             what = "has no part in a linear model of a motion: leave it out, or simulate"
             raise reference.machine.error(f"drives, {one.motor}, {key}", what)
 
@@ -82,7 +72,9 @@ def names_of_states(drives: Sequence[Cascade]) -> tuple[str, ...]:
 def _names(one: Cascade) -> Iterator[str]:
     controller = len(law_of(replace(one, path=())).A)
     yield from (f"{one.motor}.{CONTROLLER}_{k + 1}" for k in range(controller))
-    for element, name in zip(one.path, part_names(one), strict=True):
+    ahead, _ = parts_of_path(one)
+    named = zip(one.path, part_names(one), strict=True)
+    for element, name in sorted(named, key=lambda pair: pair[0] not in ahead):
         states = len(law_of(replace(one, path=(element,))).A) - controller
         yield from ((name if name and k == 0 else f"{one.motor}.{element.name} {k + 1}") for k in range(states))
 
@@ -130,6 +122,21 @@ class Loops:
             R[:, n + part.start : n + part.stop] = law.A @ self._rest[k] + self._u[:, k] @ law.B.T
             R[:, self._motors[k]] = self.known(k)
         return R
+
+    def refuse_beyond(self, reference: Reference, d: Array, dd: Array) -> None:
+        """Raise `InputError` where a limit of a drive acts along the linear motion d, d' (N, n + states)."""
+        n = d.shape[1] - len(self.names)
+        for k, part, law in self._each():
+            u, m = self._u[:, k].copy(), self._motors[k]
+            u[:, X] += d[:, m]
+            u[:, XD] += dd[:, m]
+            z = self._rest[k] + dd[:, n + part.start : n + part.stop]
+            taken = np.abs(z @ law.F.T + u @ law.G.T).max(axis=0) / law.limits
+            for j, what in zip(LIMITS, ("torque or current", "voltage"), strict=True):
+                if taken[j] > 1:
+                    told = f"the motion takes {taken[j]:.3g} times that of the {what}, where loops are not linear: "
+                    place = f"drives, {self.drives[k].motor}, limits"
+                    raise reference.machine.error(place, told + "raise it, move slower, or simulate")
 
     def known(self, motor: int) -> Array:
         """Return the torque (N,) of a drive on its set point with the states of the start, less what holds."""

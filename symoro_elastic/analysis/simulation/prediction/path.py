@@ -116,6 +116,12 @@ class LinearPath:
             return self
         return self.machine.with_drives(without_parts(self.reference.drives, left_out))
 
+    def following(self, left_out: Collection[str]) -> tuple[LinearPath, tuple[int, ...]]:
+        """Return the model without the parts of drives among these names, and the entries of the springs among them."""
+        parts = self.names(self.parts)
+        springs = tuple(self.joints.index(name) for name in left_out if name not in parts)
+        return self.without_parts([name for name in left_out if name in parts]), springs
+
     @property
     def h(self) -> float:
         """Time between samples, s."""
@@ -199,7 +205,11 @@ def linear_path(
         if not np.abs(found.d).max(initial=0.0) <= NEAR:
             break
         near = found
-    return along.about(near, outputs)
+    path = along.about(near, outputs)
+    if any(min(one.torque_limit, one.voltage_limit) < np.inf for one in reference.drives):
+        moved = path.without([()])
+        Loops(reference, reference.drives, path.t).refuse_beyond(reference, moved.d[:, 0], moved.dd[:, 0])
+    return path
 
 
 class _Along:
