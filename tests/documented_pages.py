@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from decimal import Decimal, InvalidOperation
 from itertools import pairwise
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 from tests.command_line import EXAMPLES, ended
@@ -104,15 +105,24 @@ def wrong_blocks(page: str) -> dict[str, list[tuple[str, str]]]:
 
 @contextlib.contextmanager
 def beside_examples(folder: Path) -> Iterator[Path]:
-    """Go to a folder beside the examples, as pages assume."""
-    before = Path.cwd()
+    """Go to a folder beside the examples, as pages assume, whose `generated` is its own."""
+    before, known = Path.cwd(), _without_generated()
     if not (folder / "examples").exists():
         (folder / "examples").symlink_to(EXAMPLES)
     os.chdir(folder)
+    sys.path.insert(0, str(folder))
     try:
         yield folder
     finally:
         os.chdir(before)
+        sys.path.remove(str(folder))
+        _without_generated()
+        sys.modules.update(known)
+
+
+def _without_generated() -> dict[str, ModuleType]:
+    """Forget the modules that were imported from a folder `generated`; they are returned."""
+    return {name: sys.modules.pop(name) for name in [*sys.modules] if name.split(".")[0] == "generated"}
 
 
 def rewritten(page: str) -> str:

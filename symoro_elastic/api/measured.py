@@ -14,6 +14,7 @@ from symoro_elastic.api.machines import the_machine
 from symoro_elastic.api.measuring_options import Exciting, Identifying, Updating
 from symoro_elastic.api.rows import SEEKING, MachineLike, Range, Ranges, Record, Values
 from symoro_elastic.foundation.errors import InputError, among
+from symoro_elastic.machine.checks import parameter_values
 
 if TYPE_CHECKING:
     from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
@@ -140,7 +141,18 @@ def _laws(options: Identifying, machine: Machine) -> FrictionLaws:
     of_file = laws_of_file(machine, options.values)
     velocities = {**of_file.stribeck, **dict(zip(rows, options.stribeck.values(), strict=True))}
     load = (*of_file.load, *_rows(options.load_friction, machine, "--load-friction"))
-    return FrictionLaws(tuple(dict.fromkeys(load)), velocities, options.temperatures)
+    orders = {**of_file.cogging, **_orders(options.cogging, machine)}
+    return FrictionLaws(tuple(dict.fromkeys(load)), velocities, options.temperatures, cogging=orders)
+
+
+def _orders(cogging: Values, machine: Machine) -> dict[int, float]:
+    """Return orders of cogging by row, of the joint's own axis."""
+    for name, order in cogging.items():
+        if not (math.isfinite(order) and order > 0):
+            raise InputError("symoro-elastic", "--cogging", f"{name}={order:g}: give periods per turn, above 0")
+    rows = _rows(tuple(cogging), machine, "--cogging")
+    ratios = [machine.joint(j).ratio.value(parameter_values(machine)) or 1.0 for j in rows]
+    return {j: abs(n) * order for j, n, order in zip(rows, ratios, cogging.values(), strict=True)}
 
 
 def _trust(options: Identifying) -> float | None:

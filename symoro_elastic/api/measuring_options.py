@@ -98,6 +98,9 @@ class Identifying(Options, kw_only=False):
         {}, "MOTOR=V", "Velocity, rad/s or m/s, at which half of static less coulomb friction is left (FB).",
         kinds.NUMBERS,
     )  # fmt: skip
+    cogging: Values = option(
+        {}, "MOTOR=N", "Periods of cogging in a turn of the rotor, whose amplitudes are sought (CC, CS).", kinds.NUMBERS
+    )
     link_side: Sequence[str] = option(
         (), "MOTOR|all", "Motor whose torque is measured behind its transmission, so that no rotor or friction shows.",
         kinds.TEXTS, of_machine=motors_or_all,

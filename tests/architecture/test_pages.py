@@ -32,12 +32,12 @@ PAGES = (
     "fmu",
     "sweeps",
     "batches",
+    "simulation",
 )
 NEEDED = {"python": ("matplotlib",), "robots": ("mujoco",), "fmu": ("fmpy",)}
 ELSEWHERE = {
     "backends": "test_backends_page",
     "scenes": "test_scenes_page",
-    "simulation": "test_simulation_page",
     "closed_chains": "test_closed_chains_page",
     "matlab": "test_matlab_page",
     "controllers": "test_controllers_page",

@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 import re
-import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
-
-import numpy as np
-import pytest
 
 from symoro_elastic.codegen.integration.methods import METHODS
-from symoro_elastic.codegen.targets.numpy import render_numpy
 from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.machine.machine import Machine, Orientation
@@ -44,38 +37,6 @@ def floating(turned: Orientation = Orientation.QUATERNION) -> Traced:
     assert found.floating is not None
     described = replace(found, floating=replace(found.floating, orientation=turned))
     return trace_models(described, Scene(models=("direct_dynamics",), steps=("w3",)))
-
-
-@pytest.fixture
-def generated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A folder `generated` with the machines of the page, to import from."""
-    for package in (asked().package, floating().package):
-        folder = tmp_path / "generated" / package.name
-        folder.mkdir(parents=True)
-        for name, text in render_numpy(package).items():
-            (folder / name).write_text(text, encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
-    _forget(monkeypatch)
-    yield
-    _forget(monkeypatch)
-
-
-def _forget(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in [name for name in sys.modules if name.partition(".")[0] == "generated"]:
-        monkeypatch.delitem(sys.modules, name)
-
-
-def test_programs_run(generated: None) -> None:
-    rows, motors, state = np.zeros((4, 2)), np.ones(2), np.zeros((3, 12))
-    given = {**dict.fromkeys(("tau", "r", "rd", "y", "yd", "ydd"), rows), **dict.fromkeys(("kp", "kd"), motors)}
-    given |= {"h": 1e-4, "q": state, "qd": state}
-    fixed, on_base = snippets("python")
-    exec(fixed, given)
-    assert given["q"].shape == given["qd"].shape == (3, 12) and given["error"].shape == (3, 24)
-    base = {"f0": np.zeros((4, 6)), "Q0": np.array([1.0, 0, 0, 0]), "P0": np.zeros(3), "V0": np.ones(6)}
-    free = {"tau": rows, "h": 1e-4, "q": np.zeros((3, 2)), "qd": np.zeros((3, 2))} | base
-    exec(on_base, free)
-    assert [free[name].shape for name in ("q", "Q0", "P0", "V0")] == [(3, 2), (3, 4), (3, 3), (3, 6)]
 
 
 def test_figures_on_a_floating_base() -> None:

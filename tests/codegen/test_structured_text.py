@@ -244,11 +244,12 @@ def test_what_is_not_written_is_refused_in_one_line() -> None:
 
 
 def states_of(file: File, block: Block, count: int, seed: int = 0) -> dict[str, Array]:
-    """Arrays of all inputs of a block, drawn by a seed."""
+    """Arrays of all inputs of a block, drawn by a seed; what is true or false is true at the first call alone."""
     rng = np.random.default_rng(seed)
     inputs = [*block.sections.get("var_input", ()), *block.sections.get("var_in_out", ())]
     lengths = {name: file.length(type_) or 1 for name, type_, _ in inputs}
     found = {name: rng.uniform(-1, 1, (count, n)).astype(np.float32).astype(float) for name, n in lengths.items()}
+    found |= {name: np.eye(count, 1) for name, type_, _ in inputs if type_.upper() == "BOOL"}
     return found | ({"h": np.full((count, 1), 1e-4)} if "h" in found else {})
 
 

@@ -1,4 +1,4 @@
-"""Friction beyond FV qd + FS sign(qd): rising with load, falling with velocity, another one in each record.
+"""Laws beyond FV qd + FS sign(qd): friction by load, by velocity and by record, and cogging.
 
 Each is a column beside that of FS. Load: |tau| sign(qd), tau what passes the transmission by the *model*, for the
 measured torque stands on the left side, too, and its noise would be in both. It depends on what is sought, and so has
@@ -6,6 +6,7 @@ the doubt of that: FL |p + P X| = FL0 s (p + P X) + (FL - FL0) |p + P X0| to fir
 fit X0, FL0, then about the next one (Gauss-Newton). Stribeck: sign(qd) / (1 + (qd / vb)^2) at a given vb, the law of
 Hess and Soom (1990).
 Records at other temperatures: columns of FV and FS that are zero in the first record.
+Cogging a sin(k q + phi) helps the motor: columns -cos(k q) and -sin(k q), of a sin(phi) and a cos(phi), at a known k.
 """
 
 from __future__ import annotations
@@ -20,16 +21,21 @@ from symoro_elastic.analysis.identification.possible import Linear
 from symoro_elastic.analysis.identification.regression import Regressor
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.checks import parameter_values
+from symoro_elastic.machine.described import AnyMachine
+from symoro_elastic.machine.joints import Cogging
 from symoro_elastic.machine.labels import ParameterLabels
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.regressor import INERTIAL
 from symoro_elastic.numerics.independence import independent_columns
 
 LOAD, STATIC, VISCOUS_CHANGE, DRY_CHANGE = "FL", "FB", "FV of record", "FS of record"
+COSINE, SINE = "CC", "CS"
+"""Cogging: a sin(phi) and a cos(phi)."""
 LAWS = {
     "load friction": (LOAD,),
     "friction by Stribeck's law": (STATIC,),
     "friction of each record": (VISCOUS_CHANGE, DRY_CHANGE),
+    "cogging": (COSINE, SINE),
 }
 """What its quantities are."""
 ROUNDS, CONVERGED, EXACT = 20, 0.02, 1e-7  # Gauss-Newton steps; the last one in standard deviations, in values
@@ -39,18 +45,19 @@ Motion = tuple[Array, Array, Array]
 @dataclass(frozen=True)
 class FrictionLaws:
     """Rows of the table whose friction rises with load, velocities of Stribeck's law by row, whether records have
-    friction of their own, and how many. X, by column of the regressor, and gains, by row, are those about which load
-    friction is linear."""
+    friction of their own, and how many, orders k of cogging by row, 1/rad or 1/m of the joint. X, by column of the
+    regressor, and gains, by row, are those about which load friction is linear."""
 
     load: tuple[int, ...] = ()
     stribeck: Mapping[int, float] = field(default_factory=dict)
     changing: bool = False
     records: int = 1
+    cogging: Mapping[int, float] = field(default_factory=dict)
     X: Mapping[int, float] = field(default_factory=dict)
     gains: Mapping[int, float] = field(default_factory=dict)
 
     def unknowns(self, machine: Machine, linear: Linear) -> list[Unknown]:
-        """Return gains of load, static less coulomb friction, changes of friction from the first record on."""
+        """Return gains of load, static less coulomb friction, changes of friction by record, and cogging."""
         labels = ParameterLabels(machine)
 
         def unknown(label: str, unit: str, j: int, quantity: str, text: str = "", about: float = 0.0) -> Unknown:
@@ -65,6 +72,8 @@ class FrictionLaws:
                 column = linear.columns[c]
                 text = f"{column.label} of record {record} - {column.label}"
                 found.append(unknown(f"{column.label}_{record}", column.unit, column.row, quantity, text))
+        for j in self.cogging:
+            found += [unknown(labels(j, x), machine.joint(j).force_unit, j, x) for x in (COSINE, SINE)]
         return found
 
     def _changing(self, linear: Linear) -> list[tuple[int, str]]:
@@ -83,7 +92,7 @@ class FrictionLaws:
         if self.changing:
             own = Y.evaluate(*motion, [c for c, _ in self._changing(linear)])
             found += [own * (k == record) for k in range(1, self.records)]
-        return np.concatenate(found, axis=2)
+        return np.concatenate([*found, *(_cogging(Y, j, k, motion[0]) for j, k in self.cogging.items())], axis=2)
 
     def slopes(self, Y: Regressor, linear: Linear, motion: Motion) -> Array:
         """Return FL0 s P sign(qd), which columns of groups have more, and at last FL0 s p sign(qd), which right sides
@@ -127,22 +136,31 @@ class FrictionLaws:
         return replace(self, X=dict(zip(kept, X, strict=False)), gains=dict(zip(self.load, gains, strict=False)))
 
 
+def _cogging(Y: Regressor, j: int, k: float, q: Array) -> Array:
+    """Return -cos(k q) and -sin(k q) of a joint, (samples, n, 2)."""
+    found, at = np.zeros((*q.shape, 2)), Y.felt_by(j)[0]
+    found[:, at] = -np.stack([np.cos(k * q[:, at]), np.sin(k * q[:, at])], axis=1)
+    return found
+
+
 def laws_of_file(machine: Machine, values: Mapping[str, float]) -> FrictionLaws:
     """Return the laws that motors have in the file of a machine, whose friction would otherwise be counted twice.
 
     Raises `InputError` for a velocity of Stribeck's law without value.
     """
-    load, velocities, known = [], {}, {**parameter_values(machine), **values}
+    load, velocities, orders, known = [], {}, {}, {**parameter_values(machine), **values}
     for j in machine.motors:
         friction = machine.joint(j).friction
         load += [] if friction.load.is_zero else [j]
+        if not machine.joint(j).cogging.amplitude.is_zero:
+            orders[j] = machine.joint(j).reflected_cogging.order.value(known)
         if friction.static.is_zero:
             continue
         if friction.stribeck.names - known.keys():
             what = f"{', '.join(sorted(friction.stribeck.names - known.keys()))} has no value: give it by --value"
             raise machine.error(f"friction, {machine.joint(j).name}, stribeck", what)
         velocities[j] = friction.stribeck.value(known)
-    return FrictionLaws(tuple(load), velocities)
+    return FrictionLaws(tuple(load), velocities, cogging=orders)
 
 
 def groups_of(Y: Array, tau: Array, count: int) -> tuple[Array, Array]:
@@ -157,7 +175,12 @@ def groups_of(Y: Array, tau: Array, count: int) -> tuple[Array, Array]:
 
 def refuse_laws(machine: Machine, laws: FrictionLaws) -> None:
     """Raise `InputError` for joints whose load is not a coordinate's."""
-    for j in laws.load:
-        if j not in machine.independent:
+    for option, rows in (("--load-friction", laws.load), ("--cogging", laws.cogging)):
+        for j in (j for j in rows if j not in machine.independent):
             what = f"joint {j} ({machine.joint(j).name}) follows others, so the torque through it is not told apart"
-            raise machine.error("--load-friction", what)
+            raise machine.error(option, what)
+
+
+def without_cogging(machine: AnyMachine) -> AnyMachine:
+    """Return the machine without cogging, which is not linear in its own numbers."""
+    return replace(machine, joints=tuple(replace(joint, cogging=Cogging()) for joint in machine.joints))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from symoro_elastic.analysis.identification.estimation import POSITIVE, Estimate
-from symoro_elastic.analysis.identification.friction_laws import LOAD, STATIC
+from symoro_elastic.analysis.identification.friction_laws import COSINE, LOAD, SINE, STATIC
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import RegressorColumn
 from symoro_elastic.analysis.identification.sensors import AUTO, DELAY, OFFSET, shows
@@ -19,6 +19,7 @@ from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.checks import formulas
 from symoro_elastic.machine.described import with_changed_scene
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.joints import Cogging
 from symoro_elastic.machine.machine import Body, Joint, Kind, Machine, Spring
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.mechanics.regressor import INERTIA, INERTIAL, MOMENTS
@@ -169,7 +170,7 @@ def _values(result: Identification) -> Found:
 
 
 def _of_laws(result: Identification) -> Found:
-    """Return load friction, static friction and Stribeck's velocity; what no friction has is left out."""
+    """Return load friction, static friction, Stribeck's velocity and cogging; what no friction has is left out."""
     found = {}
     rows = {joint.name: j for j, joint in enumerate(result.machine.joints, start=1)}
     dry = _values(result)
@@ -180,6 +181,9 @@ def _of_laws(result: Identification) -> Found:
         if e.unknown.quantity == STATIC and _is_possible(e):
             found[j, "static"] = e.value + dry[j, "FS"]
             found[j, "stribeck"] = result.laws.stribeck[j]
+        if e.unknown.quantity in (COSINE, SINE):
+            found[j, e.unknown.quantity] = e.value
+            found[j, "order"] = result.laws.cogging[j]
     return found
 
 
@@ -201,6 +205,7 @@ def _with(joint: Joint, j: int, found: Found, keeps_rotor: bool) -> Joint:
     friction = replace(law, viscous=cell("FV", law.viscous), coulomb=cell("FS", law.coulomb))
     laws = {key: cell(key, getattr(law, key)) for key in ("load", "static", "stribeck")}
     friction = replace(friction, **laws)
+    joint = replace(joint, cogging=_cogging(joint, j, found, keeps_rotor))
     if joint.kind is Kind.ELASTIC:
         if (j, "DA") in found:
             friction = replace(friction, viscous=Formula.parse(0))
@@ -209,6 +214,21 @@ def _with(joint: Joint, j: int, found: Found, keeps_rotor: bool) -> Joint:
     if keeps_rotor:
         return replace(joint, friction=friction)
     return replace(joint, rotor_inertia=rotor, ratio=Formula.parse(0), friction=friction)
+
+
+def _cogging(joint: Joint, j: int, found: Found, keeps_rotor: bool) -> Cogging:
+    """Return cogging by its cosine and sine, of the joint's own axis unless the rotor keeps its ratio."""
+    if (j, COSINE) not in found:
+        return joint.cogging if keeps_rotor else joint.reflected_cogging
+    cosine, sine = found[j, COSINE], found[j, SINE]
+    cells = (math.hypot(cosine, sine), found[j, "order"], math.atan2(cosine, sine))
+    own = Cogging(*map(Formula.parse, cells))
+    if not keeps_rotor or joint.ratio.is_zero:
+        return own
+    ratio = joint.ratio
+    over = {key: Formula(f"({x})/({ratio})", ("/", x.tree, ratio.tree)) for key, x in
+            (("amplitude", own.amplitude), ("order", own.order))}  # fmt: skip
+    return replace(own, **over)
 
 
 def _neutral(joint: Joint, j: int, found: Found) -> Formula:

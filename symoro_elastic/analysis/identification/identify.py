@@ -34,6 +34,7 @@ from symoro_elastic.analysis.identification.friction_laws import (
     Motion,
     groups_of,
     refuse_laws,
+    without_cogging,
 )
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
@@ -141,7 +142,7 @@ def identify(
     chosen = filter_of(records, _driven(machine), bandwidth) if filtered else None
     parted = [_continuous(record, chosen, machine) for record in records]
     step("trace")
-    Y = Y or regressor(machine, values)
+    Y = Y or regressor(without_cogging(machine), values)
     step("group")
     equations = _grouped(machine, Y, _known(Y.columns, {**dict.fromkeys(unseen, 0.0), **(known or {})}, machine))
     _refuse_amount(parted, chosen, len(equations.kept), trust is not None)
