@@ -43,7 +43,7 @@ SAMPLES = 800
 """Times along a motion."""
 NEWTON_STEPS = 2
 NEAR = 10.0
-"""Of a deviation, rad or m: beyond it the linear model tells nothing."""
+"""Of a deviation of a joint, rad or m: beyond it the linear model tells nothing."""
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ def linear_path(
     for _ in range(newton_steps - 1):
         with np.errstate(over="ignore", invalid="ignore"):
             found = along.about(near, ()).without([()])
-        if not np.abs(found.d).max(initial=0.0) <= NEAR:
+        if not np.abs(found.d[..., : len(along.motion.names)]).max(initial=0.0) <= NEAR:
             break
         near = found
     path = along.about(near, outputs)
