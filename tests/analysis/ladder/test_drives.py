@@ -213,7 +213,7 @@ def test_a_part_that_follows_at_once_is_predicted_as_it_is_simulated() -> None:
 def test_the_reduced_scene_is_written_from_python(tmp_path: Path) -> None:
     turn = {"Kv": 20, "Kp": 20, "current": {"lag": 1e-4}, "dead_time": 1e-4, "filters": [{"lowpass": 2000, "order": 1}]}
     drives = {"slide": {"Kv": 20, "Kp": 3000, "Tn": 0.1, "current": {"lag": 1e-4}}, "turn": turn}
-    machine = drawn(101, drives=drives, wanted={"tolerance": {"tip.y": 1e-4}}, scene=HELD)
+    machine = drawn(101, drives=drives, wanted={"tolerance": {"tip.y": 4e-4}}, scene=HELD)
     found = se.ladder(machine)
     rung = found.advised
     assert rung is not None and rung.chosen is not None and rung.chosen.method != "rodas4"
