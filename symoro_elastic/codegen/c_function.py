@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from symoro_elastic.codegen.body import C, Indices, Writer, positions_by_name
 from symoro_elastic.codegen.c_constants import Literals, declaration
@@ -17,7 +18,7 @@ from symoro_elastic.codegen.c_results import Stored, copies
 from symoro_elastic.codegen.c_results import lines as result_lines
 from symoro_elastic.codegen.c_rows import repeated_rows
 from symoro_elastic.codegen.outlined import SPILL, Outline, Place, outline
-from symoro_elastic.codegen.outlining import LONGEST_BLOCKS, OPERAND, blocks
+from symoro_elastic.codegen.outlining import OPERAND, Block, blocks
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import Precision
@@ -68,6 +69,13 @@ class PartText:
         return "\n".join(self.lines).lstrip("\n")
 
 
+class _Blocks(NamedTuple):
+    """Statements (name, right side), and ways to take them as blocks."""
+
+    texts: Sequence[tuple[str, str]]
+    tried: Sequence[Sequence[Block]]
+
+
 class CWriter(Writer):
     """Statements of C; named numbers are declared in the section that first uses them."""
 
@@ -104,7 +112,10 @@ class CWriter(Writer):
 class CFunction:
     """The work of one model, on one state or on many side by side as its form says."""
 
-    def __init__(self, package: Package, function: Function, precision: Precision, form: Form) -> None:
+    def __init__(
+        self, package: Package, function: Function, precision: Precision, form: Form, twin: CFunction | None = None
+    ) -> None:
+        """`twin` is the same model in another form: statements that both write alike are printed and outlined once."""
         self.package, self.function, self.precision, self.form = package, function, precision, form
         self.name = precision.function(package.name, function.name)
         self.macro = (package.name + precision.suffix).upper()
@@ -114,6 +125,7 @@ class CFunction:
         self.once_writer = CWriter(self.printer, form.real, form.real, package.joint_names)
         self._declare_arrays()
         self._name_numbers()
+        self._found: _Blocks | None = twin._found if twin and self._shares(twin) else None
         self._partition()
 
     def _declare_arrays(self) -> None:
@@ -159,12 +171,19 @@ class CFunction:
         places = self._places()
         self.operands = frozenset({*places, *self.literals, *(name for name, _ in texts)})
         sections = [step.statement.section for step in self.steps]
-        tried = [
-            outline(self.steps, blocks(texts, sections, self.operands, longest), places, self.literals, at_end)
-            for longest in LONGEST_BLOCKS
-        ]
+        if self._found is None or self._found.texts != texts:
+            self._found = _Blocks(texts, blocks(texts, sections, self.operands))
+        tried = [outline(self.steps, one, places, self.literals, at_end) for one in self._found.tried]
         found = min(tried, key=lambda one: one.length)
         return found if found.functions else None
+
+    def _shares(self, twin: CFunction) -> bool:
+        """Take over what a twin has printed; False where it writes numbers or calls of functions in another way."""
+        alike = self.function.program is twin.function.program and self.precision is twin.precision
+        if alike and not twin.printer.called and self.form.narrow == twin.form.narrow:
+            self.printer.share(twin.printer)
+            return True
+        return False
 
     def _places(self) -> dict[str, Place]:
         """Where what statements read of arguments, constants, sines and cosines stands."""

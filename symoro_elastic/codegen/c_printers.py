@@ -124,6 +124,10 @@ class CPrinter(Printer):
         """The named numbers in a statement."""
         return self._named.get(statement.node.id, {}).values()
 
+    def share(self, other: CPrinter) -> None:
+        """Take over the statements that a printer of the same program, numbers and functions has printed."""
+        self._printed, self._named = other._printed, other._named
+
     def literal(self, value: float) -> Text:
         """A number by its name where it has one."""
         return self.by_name(self._number(value))

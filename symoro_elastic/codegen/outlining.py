@@ -51,21 +51,28 @@ def blocks(
     statements: Sequence[tuple[str, str]],
     sections: Sequence[Section],
     operands: Collection[str],
-    longest: int = LONGEST_BLOCKS[0],
-) -> list[Block]:
+    longest: Sequence[int] = LONGEST_BLOCKS,
+) -> list[list[Block]]:
     """Return the statements (name, right side) as blocks, as long as there are others of their kind.
 
-    `operands` are the names that stand for numbers; others, such as those of functions, belong to the work.
+    `operands` are the names that stand for numbers; others, such as those of functions, belong to the work. There is a
+    list of blocks for each of the limits in `longest`.
     """
     kinds = _Kinds()
     works = [_work(k, name, text, operands, kinds) for k, (name, text) in enumerate(statements)]
     read = [tuple(work.places)[:-1] for work in works]
+    found = (_merged(works, sections, kinds, limit) for limit in longest)
+    return [[_block(work, statements, read) for work in merged] for merged in found]
+
+
+def _merged(works: Sequence[_Work], sections: Sequence[Section], kinds: _Kinds, longest: int) -> Sequence[_Work]:
+    """Works of at most `longest` statements: merged within sections, then across them."""
     for of_one_section in (True, False):
         row = _Row(works, _Pairs(kinds, sections if of_one_section else None, longest))
         while row.merge():
             pass
         works = row.works
-    return [_block(work, statements, read) for work in works]
+    return works
 
 
 def _block(work: _Work, statements: Sequence[tuple[str, str]], read: Sequence[Sequence[str]]) -> Block:

@@ -145,16 +145,24 @@ def _first(warnings: Sequence[str]) -> Iterator[str]:
 
 
 @no_collection()
-def programs(machine: Machine, scene: Scene, announce: Announce = announce_nothing) -> Traced:
-    """The models that a scene asks of a machine, as programs; raises `InputError`."""
-    refuse_degenerate(machine, scene)
-    scene, _ = in_form(machine, scene, announce)
+def programs(
+    machine: Machine, scene: Scene, announce: Announce = announce_nothing, choice: Choice | None = None
+) -> Traced:
+    """The models that a scene asks of a machine, as programs; raises `InputError`.
+
+    `choice` is that of the form of the scene, where it is known: its model is not traced again.
+    """
+    if choice is None:
+        refuse_degenerate(machine, scene)
+        scene, choice = _with_form(machine, scene, announce)
     announce("trace")
-    traces = trace(machine, scene, grouping_by_rank)
+    known = {choice.traced.model.name: choice.traced} if choice else {}
+    traces = trace(machine, scene, grouping_by_rank, known)
     announce("prune")
     needed = [prune(one) for one in traces]
     announce("schedule")
-    return with_steps(machine, scene, [schedule(one) for one in needed])
+    scheduled = {one.trace.model.name: schedule(one) for one in needed} | known
+    return with_steps(machine, scene, [scheduled[name] for name in models_of(scene)])
 
 
 @no_collection()
@@ -184,7 +192,7 @@ def generate(
     free = scene if certify and not scene.within else None
     scene = by_recursion(scene) if certify or scene.within else scene
     scene, form = in_form(machine if texts or scaled else _of_unit(machine), scene, announce)
-    made = [_code(machine, free or scene, texts, announce, precisions, tools, certify, progress)] if texts else []
+    made = [_code(machine, free or scene, form, texts, announce, precisions, tools, certify, progress)] if texts else []
     made += [_scaled(machine, scene, name, announce, tools, progress) for name in scaled]
     if FMU in targets:
         made.append(_unit(machine, scene, options or fmu.Options(), announce))
@@ -211,6 +219,7 @@ class _Made:
 def _code(
     machine: Machine,
     scene: Scene,
+    form: Choice | None,
     targets: Sequence[str],
     announce: Announce,
     precisions: Sequence[Precision],
@@ -219,7 +228,7 @@ def _code(
     progress: Progress,
 ) -> _Made:
     """The code of the models that a scene asks of a machine; raises `InputError`."""
-    asked, package, reduced = _guaranteed(machine, scene, precisions, certify, announce, progress)
+    asked, package, reduced = _guaranteed(machine, scene, form, precisions, certify, announce, progress)
     announce("render")
     files = render(package, targets, machine.source, precisions)
     reports: Sequence[CodeReport] = ()
@@ -232,6 +241,7 @@ def _code(
 def _guaranteed(
     machine: Machine,
     scene: Scene,
+    form: Choice | None,
     precisions: Sequence[Precision],
     certify: bool,
     announce: Announce,
@@ -240,7 +250,7 @@ def _guaranteed(
     """The programs of a scene, within its tolerances, and their package, which says what is guaranteed if asked for."""
     if not scene.within:
         if not certify:
-            asked = programs(machine, scene, announce)
+            asked = programs(machine, scene, announce, form)
             return asked, asked.package, ()
         from symoro_elastic.numerics.guarantees.header import with_guarantees
 
@@ -307,10 +317,17 @@ def in_form(machine: Machine, scene: Scene, announce: Announce = announce_nothin
 
     Raises `InputError` where the inertia matrix is asked for and no model of the scene has forms.
     """
-    from symoro_elastic.numerics.verification.forms import has_forms, with_form
+    from symoro_elastic.numerics.verification.forms import has_forms
 
     if scene.form == AUTO and has_forms(scene):
         refuse_degenerate(machine, scene)
+    return _with_form(machine, scene, announce)
+
+
+def _with_form(machine: Machine, scene: Scene, announce: Announce) -> tuple[Scene, Choice | None]:
+    from symoro_elastic.numerics.verification.forms import has_forms, with_form
+
+    if scene.form == AUTO and has_forms(scene):
         announce("compare forms")
     return with_form(machine, scene)
 

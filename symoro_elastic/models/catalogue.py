@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import cast
@@ -199,12 +199,14 @@ def trace_scene(machine: Machine, scene: Scene, grouping_of: GroupingOf = groupi
 
 
 @no_collection()
-def expressions_of_scene(machine: Machine, scene: Scene, grouping_of: GroupingOf = grouping_of_tree) -> list[Trace]:
+def expressions_of_scene(
+    machine: Machine, scene: Scene, grouping_of: GroupingOf = grouping_of_tree, without: Collection[str] = ()
+) -> list[Trace]:
     """The results of every model that a scene asks of a machine; the default models where it names none.
 
     `machine` is the whole machine; locked joints and gravity are seen to here. `grouping_of` finds base inertial
-    parameters. Raises `InputError`
-    for what such a machine cannot give.
+    parameters, `without` are names of models that are left out. Raises `InputError` for what such a machine cannot
+    give.
     """
     scene = resolve(scene, machine, MODELS)
     kept, constants = restrict(machine, scene), _constants(machine, scene)
@@ -218,6 +220,7 @@ def expressions_of_scene(machine: Machine, scene: Scene, grouping_of: GroupingOf
     return [
         expressions(kept, name, some, constants, points, merge, by[name], scene.form, grouping_of)
         for name, some in asked.items()
+        if name not in without
     ]
 
 

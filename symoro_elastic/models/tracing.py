@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.model import Model, Results, TracedModel
 from symoro_elastic.symbolic import program
 from symoro_elastic.symbolic.angle_sums import with_angle_sums
-from symoro_elastic.symbolic.expression import Graph, Level, operand, reachable
+from symoro_elastic.symbolic.expression import Expression, Graph, Level, operand, reachable
 from symoro_elastic.symbolic.program import Input, Names, OperationCount, Output, Pruned
 
 
@@ -28,6 +29,16 @@ class Trace:
     points: Points
     merges: bool = False
     merged: bool = False
+
+    @property
+    def outputs(self) -> list[Output]:
+        """The results as arrays."""
+        return [Output(name, r.shape, tuple(map(operand, r.entries))) for name, r in self.results.items()]
+
+    @cached_property
+    def nodes(self) -> list[Expression]:
+        """Every node that the results need, operands before their users."""
+        return reachable(x for output in self.outputs for x in output.entries)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +71,7 @@ def schedule(pruned: PrunedTrace) -> TracedModel:
 
 
 def _pruned(trace: Trace) -> PrunedTrace:
-    outputs = [Output(name, r.shape, tuple(map(operand, r.entries))) for name, r in trace.results.items()]
-    return PrunedTrace(trace, program.prune(outputs, trace.names))
+    return PrunedTrace(trace, program.prune(trace.outputs, trace.names))
 
 
 def _on_angle_sums(trace: Trace) -> Trace:

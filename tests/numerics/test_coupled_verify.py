@@ -21,6 +21,7 @@ from symoro_elastic.numerics.verification.coupled_disagreement import branch_err
 from symoro_elastic.numerics.verification.reference import Reference
 from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
 from symoro_elastic.numerics.verification.verify import verify
+from symoro_elastic.symbolic.decimals import in_digits
 from tests.closed_chains.machines import FILES, machine
 from tests.references.closed_chains import DIGITS, Chain, State
 from tests.references.constraint_multipliers import Multipliers
@@ -52,6 +53,7 @@ def test_random_transmissions_pass(seed: int) -> None:
 
 
 @pytest.mark.parametrize("name", FILES)
+@in_digits(50)
 def test_reference_is_that_of_multipliers(name: str) -> None:
     """The rounded q_dep leaves the loops open by 1e-16, so no more digits agree where they are an argument."""
     whole = machine(name)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 import re
 import shutil
+from collections.abc import Iterable
 from dataclasses import replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -32,6 +35,7 @@ from symoro_elastic.numerics.verification import verify as verifying
 from symoro_elastic.numerics.verification.linear_systems import distance
 from symoro_elastic.numerics.verification.states import extreme_states, moderate_states
 from symoro_elastic.numerics.verification.verify import Verification, verify
+from symoro_elastic.symbolic.decimals import in_digits
 from tests.references import multiprecision
 from tests.references.random_machines import chain, first_joint_elastic, planar_2r, random_machine, two_children
 
@@ -364,6 +368,7 @@ def test_states_cover_the_extremes() -> None:
     assert np.abs(extreme.q[:, 1]).max() * stiffness < 1.001e6
 
 
+@in_digits(50)
 def test_reference_solves_exactly() -> None:
     """Against the other derivation, in 50 digits."""
     machine = two_children(symbolic=True)
@@ -371,11 +376,15 @@ def test_reference_solves_exactly() -> None:
     point = reference.Reference(machine, values, (), solved=True).at(moderate_states(machine, 1)[0].blocks)
     state = moderate_states(machine, 1)[0].blocks
     q, qd, tau, qdd_motor = (state[name].tolist() for name in ("q", "qd", "tau", "qdd_motor"))
-    wanted = multiprecision.direct_dynamics(machine, q, qd, tau, values)
+    wanted = _decimals(multiprecision.direct_dynamics(machine, q, qd, tau, values))
     assert distance(point.model(trace(machine, "direct_dynamics"))["qdd"], wanted) < 1e-45
-    torques, accelerations = multiprecision.inverse_dynamics(machine, q, qd, qdd_motor, values)
+    torques, accelerations = map(_decimals, multiprecision.inverse_dynamics(machine, q, qd, qdd_motor, values))
     found = point.model(trace(machine, "inverse_dynamics"))
     assert distance(found["tau"], torques) < 1e-45
     assert distance(found["qdd"], accelerations) < 1e-45
     frames = [x for frame in multiprecision.geometric_model(machine, q, values) for row in frame for x in row]
-    assert distance(point.model(trace(machine, "geometric_model"))["T"], frames) < 1e-45
+    assert distance(point.model(trace(machine, "geometric_model"))["T"], _decimals(frames)) < 1e-45
+
+
+def _decimals(numbers: Iterable[Any]) -> list[Decimal]:
+    return [Decimal(mpmath.nstr(x, 60)) for x in numbers]

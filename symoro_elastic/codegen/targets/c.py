@@ -152,7 +152,12 @@ def render_c(package: Package, precision: Precision = DOUBLE) -> Files:
 
 def c_text(package: Package, precision: Precision = DOUBLE) -> SourceText:
     """What the templates of the target are given."""
-    return source_text(with_local_names(with_own_results(package), OWN), precision)
+    return source_text(in_words_of_c(package), precision)
+
+
+def in_words_of_c(package: Package) -> Package:
+    """The package without names that the templates of the target use."""
+    return with_local_names(with_own_results(package), OWN)
 
 
 def files_of(text: SourceText) -> Files:
@@ -165,8 +170,18 @@ def files_of(text: SourceText) -> Files:
 
 def source_text(package: Package, precision: Precision) -> SourceText:
     """What the templates are given for a package."""
+    return text_of(package, precision, functions_of(package, precision))
+
+
+def functions_of(package: Package, precision: Precision) -> list[CFunction]:
+    """The models of a package on one state."""
     form = replace(scalar_form(package, precision), outlined=int(not precision.is_pair))
-    functions = [CFunction(package, function, precision, form) for function in package.functions]
+    return [CFunction(package, function, precision, form) for function in package.functions]
+
+
+def text_of(package: Package, precision: Precision, functions: Sequence[CFunction]) -> SourceText:
+    """What the templates are given for a package with these functions."""
+    form = scalar_form(package, precision)
     texts = tuple(map(function_text, functions))
     has_angles = any(function.angles for function in functions)
     called = {name for function in functions for name in function.printer.called}

@@ -16,7 +16,7 @@ from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS, Precision
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
-from symoro_elastic.codegen.targets.c import C, banner, render_c, scalar_form
+from symoro_elastic.codegen.targets.c import C, banner, files_of, functions_of, in_words_of_c, scalar_form, text_of
 from symoro_elastic.codegen.templates import render
 
 LARGE_STACK = 64_000
@@ -95,9 +95,11 @@ def vector_form(package: Package, precision: Precision) -> Form:
 
 def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
     """Return the files of the target `c`, `<name>_batch.h` and `<name>_batch.c`."""
-    package = with_local_names(with_own_results(package), OWN | C_WORDS)
+    plain, package = in_words_of_c(package), with_local_names(with_own_results(package), OWN | C_WORDS)
+    one_by_one = functions_of(plain, precision)
     form, name = vector_form(package, precision), package.name + precision.suffix
-    functions = [CFunction(package, f, precision, form) for f in package.functions if f.arguments]
+    twins = zip(package.functions, one_by_one, strict=True)
+    functions = [CFunction(package, f, precision, form, twin) for f, twin in twins if f.arguments]
     texts = tuple(map(_function, functions))
     called = sorted({operation for function in functions for operation in function.printer.called})
     text = BatchText(
@@ -113,7 +115,7 @@ def render_c_batch(package: Package, precision: Precision = DOUBLE) -> Files:
         has_rows=any(function.rows for function in functions),
         steps=CSteps(package, precision, functions, many=True),
     )
-    return render_c(package, precision) | {
+    return files_of(text_of(plain, precision, one_by_one)) | {
         f"{name}_batch.h": wrap_lines(render("c/batch.h.j2", **vars(text))),
         f"{name}_batch.c": wrap_lines(render("c/batch.c.j2", **vars(text))),
     }

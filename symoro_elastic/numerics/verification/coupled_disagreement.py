@@ -21,12 +21,14 @@ from symoro_elastic.machine.free_base import with_given_acceleration
 from symoro_elastic.machine.joints import Cogging
 from symoro_elastic.machine.loops import Closing
 from symoro_elastic.machine.machine import Friction, Joint, Kind, Machine, Spring
-from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.catalogue import expressions
 from symoro_elastic.models.loops.plan import lacks_closed_form
 from symoro_elastic.models.state import DEPENDENT
 from symoro_elastic.numerics.verification.linear_systems import Numbers, distance, dot, solve
 from symoro_elastic.numerics.verification.reference import Reference, StateArguments, StateReference
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, multiprecision
+from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
+from symoro_elastic.symbolic.decimals import decimals, in_digits
+from symoro_elastic.symbolic.operations import SQRT
 
 DIGITS, STEP = 100, Fraction(1, 10**25)
 """Differences over such steps have 50 digits."""
@@ -35,11 +37,11 @@ BRANCH = 1e-9
 """How far variables of closed form may be from those that continuation finds: 1e-11, rounded."""
 
 
-def newton_euler_disagreement(reference: Reference, state: StateArguments, seed: int = 0) -> float:
+def newton_euler_disagreement(point: StateReference, seed: int = 0) -> float:
     """Return A x + H minus the recursive Newton-Euler torques at random accelerations x, relative."""
+    reference, source = point.reference, random.Random(seed)
     if reference.coupled:
-        return _coupled_disagreement(reference, state, seed)
-    point, source = reference.at(state), random.Random(seed)
+        return _coupled_disagreement(point, seed)
     x = [point.arithmetic.number(Fraction(source.uniform(-1, 1))) for _ in point.A]
     wanted = [dot(row, x) + h for row, h in zip(point.A, point.H, strict=True)]
     given = {"V0d": x[: point.of_base], "qdd_motor": x[point.of_base :]}
@@ -47,10 +49,12 @@ def newton_euler_disagreement(reference: Reference, state: StateArguments, seed:
     return distance([*results.get("f0", ()), *results["tau"]], wanted)
 
 
-def _coupled_disagreement(reference: Reference, state: StateArguments, seed: int) -> float:
+@in_digits(DIGITS)
+def _coupled_disagreement(point: StateReference, seed: int) -> float:
     """Return A x + H minus the forces that the tree needs at random accelerations x, relative."""
-    point, source = replace(reference.at(state), arithmetic=multiprecision(DIGITS), digits=DIGITS), random.Random(seed)
-    machine, number = reference.machine, point.arithmetic.number
+    point, source = replace(point, arithmetic=decimals(DIGITS), digits=DIGITS), random.Random(seed)
+    reference, number = point.reference, point.arithmetic.number
+    machine = reference.machine
     x = [number(Fraction(source.uniform(-1, 1))) for _ in range(point.of_base + len(machine.independent))]
     motion = _Motion(point, x[point.of_base :])
     closed = motion.at_start
@@ -187,7 +191,7 @@ class _Motion:
         qd = {j: (after.q[j] - before.q[j]) / (2 * h) for j in start.q}
         qdd = {j: (after.q[j] - 2 * start.q[j] + before.q[j]) / (h * h) for j in start.q}
         xd = {name: (after.x[name] - before.x[name]) / (2 * h) for name in start.x}
-        tree = trace(_free_tree(self.machine), "inverse_dynamics").program
+        tree = expressions(_free_tree(self.machine), "inverse_dynamics")
         arguments = {**given, "q": [*start.q.values()], "qd": [*qd.values()], "qdd_motor": [*qdd.values()]}
         results = self.point.run(tree, self.point.arguments(tree, arguments))
         Gamma = dict(zip(start.q, results["tau"], strict=True))
@@ -208,7 +212,8 @@ class _Motion:
 
     def _friction(self, joint: Joint, rate: Any) -> Any:
         creep = self.point.cell(joint.friction.creep)
-        way = rate / (rate * rate + creep * creep) ** 0.5 if creep else (rate > 0) - (rate < 0)
+        root = self.point.arithmetic.operations[SQRT]
+        way = rate / root(rate * rate + creep * creep) if creep else (rate > 0) - (rate < 0)
         return self.point.cell(joint.friction.viscous) * rate + self.point.cell(joint.friction.coulomb) * way
 
 

@@ -97,7 +97,7 @@ def _independent(rows: Rows) -> list[int]:
         for other in orthogonal:
             factor = dot(across, other) / dot(other, other)
             across = [x - factor * y for x, y in zip(across, other, strict=True)]
-        if max(map(abs, across), default=0) > PARALLEL * max(map(abs, row), default=0):
+        if max(map(abs, across), default=0) > PARALLEL * float(max(map(abs, row), default=0)):
             kept.append(j)
             orthogonal.append(across)
     return kept
@@ -116,6 +116,6 @@ def shared_torques(S_m: Rows, tau_n: Column, w: Column) -> Column:
     tau = {m: w[m] * dot(B[m], y) for m in S_m}
     for k in range(len(next(iter(S_m.values())))):
         Gamma = sum(S_m[m][k] * x for m, x in tau_n.items())
-        if abs(sum(S_m[m][k] * x for m, x in tau.items()) - Gamma) > PARALLEL * (abs(Gamma) + 1):
+        if abs(sum(S_m[m][k] * x for m, x in tau.items()) - Gamma) > PARALLEL * float(abs(Gamma) + 1):
             raise Singular("the torques of the motors are not determined here")
     return tau

@@ -8,7 +8,7 @@ takes the same form on every computer.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -65,11 +65,15 @@ class Form:
 
 @dataclass(frozen=True)
 class Choice:
-    """The form that was chosen, and why; `forms` are those that were traced, the recursion first."""
+    """The form that was chosen, and why; `forms` are those that were traced, the recursion first.
+
+    `traced` is the model of the scene in the form that was chosen: it is not traced again.
+    """
 
     chosen: str
     reason: str
     forms: tuple[Form, ...]
+    traced: TracedModel = field(repr=False, compare=False)
 
     @property
     def ratio(self) -> float:
@@ -117,17 +121,18 @@ def chosen_form(machine: Machine, scene: Scene, with_errors: bool = False) -> Ch
     first = Form(RECURSION, recursion.program.count, np.nan)
     least = fewest_operations(restrict(machine, scene))
     if least >= first.operations > 0:
-        return Choice(RECURSION, f"{first.operations} operations, the inertia matrix takes more", (first,))
+        return Choice(RECURSION, f"{first.operations} operations, the inertia matrix takes more", (first,), recursion)
     inertia = _traced(machine, scene, INERTIA)
     second = Form(INERTIA, inertia.program.count, np.nan)
     if second.operations >= (LONGEST if with_errors else first.operations):
-        return Choice(RECURSION, _more(first, second), (first, second))
+        return Choice(RECURSION, _more(first, second), (first, second), recursion)
     try:
         errors = predicted_errors(machine, scene, (recursion, inertia))
     except (InputError, NoValues) as error:
-        return Choice(RECURSION, f"errors cannot be predicted: {error}", (first, second))
+        return Choice(RECURSION, f"errors cannot be predicted: {error}", (first, second), recursion)
     forms = (replace(first, error=errors[0]), replace(second, error=errors[1]))
-    return Choice(*_decided(*forms), forms)
+    chosen, reason = _decided(*forms)
+    return Choice(chosen, reason, forms, inertia if chosen == INERTIA else recursion)
 
 
 def _more(recursion: Form, inertia: Form) -> str:

@@ -1,14 +1,14 @@
 """Models in 50 digits, computed another way than by the recursions of the generated code.
 
 The dynamic models are A and H, springs from the table, and the solution of linear systems; the
-frames are products of 4x4 matrices. Constants are those of the table, folded or not.
+frames are products of 4x4 matrices. Constants are those of the table, folded or not. All is computed within
+`in_digits(DIGITS)`.
 """
 
 from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -20,8 +20,11 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.free_base import with_given_acceleration
 from symoro_elastic.machine.joints import Cogging
 from symoro_elastic.machine.machine import Joint, Kind, Machine, Spring
-from symoro_elastic.models.catalogue import TracedModel, trace
+from symoro_elastic.mechanics.lagrange import inertia_matrix
+from symoro_elastic.models.bind import Bound
+from symoro_elastic.models.catalogue import TracedModel, expressions
 from symoro_elastic.models.model import CheckedBy
+from symoro_elastic.models.tracing import Trace
 from symoro_elastic.numerics.verification.coupled_reference import (
     CoupledNumbers,
     CoupledPrograms,
@@ -40,7 +43,8 @@ from symoro_elastic.numerics.verification.linear_systems import (
     screwed_about_z,
     solve,
 )
-from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes, multiprecision
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate, evaluate_nodes
+from symoro_elastic.symbolic.decimals import decimals
 from symoro_elastic.symbolic.operations import ATAN2, COS, PI, SIN, SQRT
 from symoro_elastic.symbolic.program import Program
 
@@ -53,7 +57,7 @@ StateArguments = Mapping[str, Array]
 
 
 class Reference:
-    """The models of a machine, in many digits.
+    """The models of a machine, in many digits: equations as they are traced, whose factors nobody looked for.
 
     `values` are the numbers that the generated code is given; `folded` names stand for the
     exact values of the machine. `solved` False asks for the traced models themselves, for
@@ -68,7 +72,7 @@ class Reference:
 
     def at(self, state: StateArguments) -> StateReference:
         """Return the models at a state."""
-        return StateReference(self, state, multiprecision(DIGITS))
+        return StateReference(self, state, decimals(DIGITS))
 
     def near(self, state: StateArguments, source: random.Random, forces: bool = False) -> StateReference:
         """Return the models one ulp from a state: its numbers, the parameters, and constants that are rounded.
@@ -76,32 +80,31 @@ class Reference:
         With `forces`, A and H too are off, by one ulp of their largest entry: no code in double
         precision gets these better.
         """
-        return StateReference(self, state, _rounded(multiprecision(DIGITS), source), source, forces)
-
-    def solving(self) -> Reference:
-        """Return the reference that solves linear systems."""
-        other = copy(self)
-        other.solved = True
-        return other
+        return StateReference(self, state, _rounded(decimals(DIGITS), source), source, forces)
 
     @cached_property
-    def inertia(self) -> Program:
+    def inertia(self) -> Trace:
         """A of the machine."""
-        return trace(self.machine, "inertia_matrix").program
+        return expressions(self.machine, "inertia_matrix")
 
     @cached_property
-    def bias(self) -> Program:
+    def tree(self) -> Bound | None:
+        """The machine where A is asked at few states only, as it is not solved for, and it is a tree on a base."""
+        return None if self.solved or self.machine.is_coupled or self.machine.degrees_of_base else Bound(self.machine)
+
+    @cached_property
+    def bias(self) -> Trace:
         """H of the machine."""
-        return trace(self.machine, "bias_forces").program
+        return expressions(self.machine, "bias_forces")
 
     @cached_property
-    def newton_euler(self) -> Program:
+    def newton_euler(self) -> Trace:
         """Gamma for given accelerations of all joints: every joint a motor."""
         joints = tuple(
             replace(joint, kind=Kind.MOTOR, spring=Spring(), cogging=Cogging()) if joint.sigma != 2 else joint
             for joint in self.machine.joints
         )
-        return trace(replace(with_given_acceleration(self.machine), joints=joints), "inverse_dynamics").program
+        return expressions(replace(with_given_acceleration(self.machine), joints=joints), "inverse_dynamics")
 
 
 def _has_changing_stiffness(machine: Machine) -> bool:
@@ -119,23 +122,23 @@ class StateReference:
     forces: bool = False
     digits: int = DIGITS
 
-    def model(self, traced: TracedModel) -> dict[str, Numbers]:
-        """Return results of a model, entry by entry. Raises `Singular`."""
+    def model(self, traced: TracedModel, solved: bool = False) -> dict[str, Numbers]:
+        """Return results of a model, entry by entry, `solved` whatever the reference is. Raises `Singular`."""
         ways = {CheckedBy.FRAMES: self._frames, CheckedBy.INERTIA: self._inertia, CheckedBy.BIAS: self._bias}
-        if self.reference.solved:
+        if solved or self.reference.solved:
             ways |= {CheckedBy.DIRECT: self._direct, CheckedBy.INVERSE: self._inverse}
         if traced.model.checked_by in ways:
             return ways[traced.model.checked_by](traced)
         return self.run(traced.program, self.arguments(traced.program))
 
-    def arguments(self, program: Program, given: Mapping[str, Numbers] | None = None) -> dict[str, Numbers]:
+    def arguments(self, program: Program | Trace, given: Mapping[str, Numbers] | None = None) -> dict[str, Numbers]:
         """Return arguments of a program: those given, else those of the state."""
         given = given or {}
         names = [argument.name for argument in program.inputs]
         return {name: given[name] if name in given else self.numbers(name) for name in names}
 
-    def run(self, program: Program, arguments: Mapping[str, Sequence[Any]]) -> dict[str, Numbers]:
-        """Return results of a traced program in this arithmetic."""
+    def run(self, program: Program | Trace, arguments: Mapping[str, Sequence[Any]]) -> dict[str, Numbers]:
+        """Return results of a program, or of equations as they are traced, in this arithmetic."""
         symbols = dict(self.names)
         for argument in program.inputs:
             symbols |= zip(argument.symbols, arguments[argument.name], strict=True)
@@ -194,9 +197,20 @@ class StateReference:
     @cached_property
     def A(self) -> NumberMatrix:
         """The inertia matrix [8]."""
-        n = self.of_base + len(self.q)
-        entries = self._result(self.run(self.reference.inertia, self.arguments(self.reference.inertia))["A"])
+        n, tree = self.of_base + len(self.q), self.reference.tree
+        entries = self._result(self._traced_inertia() if tree is None else self._composite(tree))
         return [entries[row * n : (row + 1) * n] for row in range(n)]
+
+    def _traced_inertia(self) -> Numbers:
+        traced = self.reference.inertia
+        return self.run(traced, self.arguments(traced))["A"]
+
+    def _composite(self, tree: Bound) -> Numbers:
+        """Return A of a tree by the recursion on numbers: expressions for all pairs of joints are for many states."""
+        symbols = self.names | dict(zip(tree.arguments()["q"], self.q, strict=True))
+        value = evaluate(tree.mechanism.scalars(), symbols, self.arithmetic)
+        found, rows = inertia_matrix(tree.mechanism.map(value)).A, tree.machine.independent
+        return [found[i][j] for i in rows for j in rows]
 
     @cached_property
     def H(self) -> Numbers:
@@ -213,7 +227,7 @@ class StateReference:
         """Return an array as it is, or one ulp of its largest entry off."""
         if self.source is None or not self.forces:
             return entries
-        ulp = max(map(abs, entries), default=0) * multiprecision(DIGITS).number(ULP)
+        ulp = max(map(abs, entries), default=0) * self.arithmetic.number(ULP)
         return [x + self.source.choice((-1, 1)) * ulp for x in entries]
 
     def numbers(self, argument: str) -> Numbers:
@@ -223,7 +237,7 @@ class StateReference:
     def _input(self, x: float) -> Any:
         """Return an input of the generated code, one ulp off where the state is a near one."""
         exact = Fraction(float(x))
-        return multiprecision(self.digits).number(_one_ulp_off(exact, self.source) if self.source else exact)
+        return decimals(self.digits).number(_one_ulp_off(exact, self.source) if self.source else exact)
 
     def _of_joints(self, entries: Sequence[Any], rows: Sequence[int]) -> Numbers:
         """Return entries of the joints with these numbers; 0 stands for those of the base, in turn."""

@@ -11,7 +11,8 @@ import math
 import random
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -46,10 +47,11 @@ from symoro_elastic.numerics.implementations import (
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.numerics.verification.coupled_disagreement import branch_error, newton_euler_disagreement
 from symoro_elastic.numerics.verification.linear_systems import REFERENCE_ZERO, Numbers, Singular, distance, dot
-from symoro_elastic.numerics.verification.reference import Reference, StateReference
+from symoro_elastic.numerics.verification.reference import DIGITS, Reference, StateReference
 from symoro_elastic.numerics.verification.states import States, depends_on_state, extreme_states, moderate_states
 from symoro_elastic.quantities import HIGHEST_DERIVATIVE, MOTION
 from symoro_elastic.symbolic.arithmetic import evaluate
+from symoro_elastic.symbolic.decimals import in_digits
 from symoro_elastic.symbolic.duals import Dual, differentiating
 
 Runs = list[tuple[str, ResultArrays]]
@@ -186,6 +188,7 @@ def build_code(package: Package, files: Files, folder: Path) -> Code:
         return Code(module, None, str(error))
 
 
+@in_digits(DIGITS)
 def compare(
     programs: Traced,
     code: Code,
@@ -314,7 +317,7 @@ def _reference_results(point: StateReference, traced: TracedModel) -> Mapping[st
 def _error(computed: Array, wanted: Numbers) -> float:
     """`distance` of floats from the reference, which is taken as a sum of two doubles."""
     high = np.array([float(x) for x in wanted])
-    low = np.array([float(x - h) for x, h in zip(wanted, high.tolist(), strict=True)])
+    low = np.array([float(x - Decimal(h)) for x, h in zip(wanted, high.tolist(), strict=True)])
     with np.errstate(all="ignore"):
         difference = float(np.abs((computed - high) - low).max(initial=0.0))
     scale = float(np.abs(high).max(initial=0.0))
@@ -325,16 +328,16 @@ def _error(computed: Array, wanted: Numbers) -> float:
 def _disagreement(reference: Reference, traced: Sequence[TracedModel], states: States) -> float:
     """Return the error of A and H against recursive Newton-Euler, and of traced models against solved ones."""
     rows = [states[k].blocks for k in range(len(states))]
-    worst = max(newton_euler_disagreement(reference, rows[0]), *(branch_error(reference, row) for row in rows))
+    first = reference.at(rows[0])
+    worst = max(newton_euler_disagreement(first), *(branch_error(reference, row) for row in rows))
     following = [model for model in traced if model.model.checked_by is CheckedBy.EQUATIONS_OF_MOTION]
     points = [reference.at(row) for row in (rows if following else ())]
     worst = max([worst, *(residual(point, model) for model in following for point in points)])
     if reference.solved:
         return worst
-    solving = replace(reference.at(rows[0]), reference=reference.solving())
     for model in traced:
-        wanted = solving.model(model)
-        worst = max(worst, *(distance(x, wanted[name]) for name, x in reference.at(rows[0]).model(model).items()))
+        wanted = first.model(model, solved=True)
+        worst = max(worst, *(distance(x, wanted[name]) for name, x in first.model(model).items()))
     return worst
 
 
