@@ -156,7 +156,7 @@ class CFunction:
         if self.outline:
             self.parts, self.slots = self.outline.parts, self.outline.slots
         else:
-            self.parts, self.slots = partition(self.steps, at_end, apart=self.form.near_use)
+            self.parts, self.slots = partition(self.steps, at_end, self.form.part, apart=self.form.near_use)
         self.once_parts, self.once_slots = partition(self._steps(program.once), self.constants)
         size = f"{self.macro}_{self.function.name.upper()}_CONSTANTS"
         self.c = [Array(self.form.real, "c", size, len(self.constants))] if self.constants else []

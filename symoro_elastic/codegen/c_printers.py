@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from symoro_elastic.codegen.c_constants import Literal, Literals
+from symoro_elastic.codegen.partition import LONGEST_PART
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Printer, Text
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
@@ -58,7 +59,8 @@ class Form:
     in long programs are functions, whose arguments are places in arrays: from `outlined` times as many statements on as
     for one state, nowhere if it is 0. Functions that leave rows do not store entries that repeat others, where these
     are many: rows of many states are written after them. Where numbers are `near_use` they are loaded before the
-    statement that needs them first and stored after the one that finds them.
+    statement that needs them first and stored after the one that finds them. `part` are the statements of parts of long
+    programs.
     """
 
     number: str
@@ -77,6 +79,7 @@ class Form:
     outlined: int = 0
     leaves_rows: bool = False
     near_use: bool = False
+    part: int = LONGEST_PART
 
 
 def angles_of(program: Program) -> list[Expression]:

@@ -14,7 +14,9 @@ from typing import NamedTuple
 
 from symoro_elastic.symbolic.program import Statement
 
-LONGEST_PART = 1000
+LONGEST_WHOLE, LONGEST_PART = 1000, 500
+"""Statements of a function that stays whole, and of parts of longer ones: for ARM gcc takes a third longer over parts
+of 1000, and makes more instructions of them."""
 
 
 class Step(NamedTuple):
@@ -40,13 +42,18 @@ class Part:
 
 
 def partition(
-    steps: Sequence[Step], needed_at_end: Iterable[str], longest: int = LONGEST_PART, apart: bool = False
+    steps: Sequence[Step],
+    needed_at_end: Iterable[str],
+    longest: int = LONGEST_PART,
+    whole: int = LONGEST_WHOLE,
+    *,
+    apart: bool = False,
 ) -> tuple[list[Part], int]:
-    """Return parts of almost equal length, and the number of slots of the spill array.
+    """Return parts of almost equal length, one of all steps up to `whole`, and the slots of the spill array.
 
     With `apart` no part writes to a slot that it reads, so that it may do both in any order.
     """
-    count = max(1, ceil(len(steps) / longest))
+    count = ceil(len(steps) / longest) if len(steps) > whole else 1
     bounds = [len(steps) * k // count for k in range(count + 1)]
     pieces = [steps[first:last] for first, last in pairwise(bounds)]
     uses = [set().union(*(step.uses for step in piece)) for piece in pieces]

@@ -154,7 +154,7 @@ class StFunction:
         steps = [Step(one, self.printer.text_of(one).names) for one in self.program.statements]
         results = self._stored(in_parts=False)
         at_end = frozenset(self.printer.referenced)
-        parts, slots = partition(steps, at_end, self.longest)
+        parts, slots = partition(steps, at_end, self.longest, self.longest)
         entries = {symbol: f"{a.name}[{k}]" for a, x in self._inputs() for k, symbol in enumerate(x)}
         if len(parts) == 1:
             lines = [self._copy(symbol, entry) for symbol, entry in entries.items() if symbol in parts[0].uses]

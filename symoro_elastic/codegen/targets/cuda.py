@@ -13,6 +13,7 @@ from symoro_elastic.codegen.c_text import Routine, call, head, of_preparing, pre
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files, function_context
+from symoro_elastic.codegen.partition import LONGEST_WHOLE
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.targets.c import OWN as C_WORDS
@@ -116,6 +117,7 @@ def strided_form(package: Package, precision: Precision) -> Form:
         store=strided(form.store),
         sincos=lambda _: (f"{name}_sincos(angle, sine, cosine);",),
         states="states",
+        part=LONGEST_WHOLE,  # what parts hand on is in the memory of the device
     )
 
 
