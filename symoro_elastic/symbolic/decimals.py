@@ -9,9 +9,9 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from symoro_elastic.symbolic.arithmetic import Arithmetic, library, sign
+from symoro_elastic.symbolic.arithmetic import ORDERED, Arithmetic, library
 from symoro_elastic.symbolic.expression import Constant
-from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, PI, SIGN, SIN, SQRT
+from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, PI, SIN, SQRT
 
 GUARD = 20
 """Digits with which functions are computed beyond those that are kept: of an angle of 1e20 they are all right."""
@@ -43,7 +43,7 @@ def decimals(digits: int) -> Arithmetic[Any]:
 
     own = {name: of(getattr(context, name)) for name in (SIN, COS, ATAN2, COSPI)}
     return Arithmetic(
-        number, library(context, {**own, SIGN: sign, SQRT: _root, DIVIDE: _quotient, PI: of(lambda: +context.pi)})
+        number, library(context, {**own, **ORDERED, SQRT: _root, DIVIDE: _quotient, PI: of(lambda: +context.pi)})
     )
 
 

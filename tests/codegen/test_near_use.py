@@ -31,8 +31,8 @@ DEFINED = re.compile(r" *const \w+ (\w+) =")
 def in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts of 40 statements."""
 
-    def short(steps: list[Step], needed: list[str], apart: bool = False) -> tuple[list[Part], int]:
-        return partition(steps, needed, 40, apart)
+    def short(steps: list[Step], needed: list[str], *_: int, apart: bool = False) -> tuple[list[Part], int]:
+        return partition(steps, needed, 40, 40, apart=apart)
 
     monkeypatch.setattr(c_function, "partition", short)
 

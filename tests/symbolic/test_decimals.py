@@ -8,8 +8,9 @@ from fractions import Fraction
 import mpmath
 import pytest
 
+from symoro_elastic.symbolic.arithmetic import FLOATS
 from symoro_elastic.symbolic.decimals import decimals, in_digits
-from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, PI, SIN, SQRT
+from symoro_elastic.symbolic.operations import ATAN2, COS, COSPI, DIVIDE, OPERATIONS, PI, SIN, SQRT, SYMBOL, Operation
 
 
 @pytest.mark.parametrize("x", [Fraction(1, 3), Fraction(-7, 5), Fraction(10**6) + Fraction(1, 7)])
@@ -35,3 +36,11 @@ def test_fewer_digits_and_division_by_zero_are_refused() -> None:
         assert many.operations[SQRT](Decimal(-1)).is_nan()
         with pytest.raises(ZeroDivisionError):
             many.operations[DIVIDE](Decimal(0), Decimal(0))
+
+
+@pytest.mark.parametrize("row", [row for row in OPERATIONS.values() if row.name != SYMBOL], ids=lambda row: row.name)
+def test_every_operation_has_decimals(row: Operation) -> None:
+    numbers = (Fraction(1, 3), Fraction(2, 7))[: row.arity]
+    with in_digits(50):
+        found = decimals(50).operations[row.name](*map(decimals(50).number, numbers))
+    assert float(found) == pytest.approx(FLOATS.operations[row.name](*map(float, numbers)), rel=1e-15)
