@@ -24,8 +24,8 @@ from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import MODELS, trace_scene
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS
-from symoro_elastic.models.control import CONTROLLERS
 from symoro_elastic.models.derivatives import DERIVATIVES
+from symoro_elastic.models.drives.control import CONTROLLERS
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.inverse_geometric import INVERSE_GEOMETRIC
 from symoro_elastic.models.inverse_kinematic import INVERSE_KINEMATIC

@@ -7,8 +7,8 @@ import textwrap
 from collections.abc import Iterator, Sequence
 
 from symoro_elastic.codegen.body import C, Writer
-from symoro_elastic.codegen.c_lines import INDENT, WIDTH, comment, in_comment, statement, with_arguments
-from symoro_elastic.codegen.c_printers import OWN_FUNCTIONS
+from symoro_elastic.codegen.c.lines import INDENT, WIDTH, comment, in_comment, statement, with_arguments
+from symoro_elastic.codegen.c.printers import OWN_FUNCTIONS
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.symbolic.program import Statement, by_section

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.c_lines import with_arguments
+from symoro_elastic.codegen.c.lines import with_arguments
 from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import DOUBLE

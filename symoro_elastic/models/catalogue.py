@@ -18,9 +18,9 @@ from symoro_elastic.models.base_parameters import GroupingOf, grouping_of_tree
 from symoro_elastic.models.bind import EXTERNAL_WRENCHES, Bound
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.closed_chains import CLOSED_CHAINS, of_closed_chain
-from symoro_elastic.models.control import CONTROL, CONTROLLERS
-from symoro_elastic.models.control import START as CONTROL_START
 from symoro_elastic.models.derivatives import DERIVATIVES
+from symoro_elastic.models.drives.control import CONTROL, CONTROLLERS
+from symoro_elastic.models.drives.control import START as CONTROL_START
 from symoro_elastic.models.dynamic import DYNAMIC
 from symoro_elastic.models.feed_forward import FEED_FORWARD
 from symoro_elastic.models.floating_base import on_its_base

@@ -30,8 +30,8 @@ from symoro_elastic.mechanics.mechanism import without_loads
 from symoro_elastic.mechanics.spatial import AT_REST, NO_WRENCH, Twist
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.coordinate_inertia import coordinate_inertia
-from symoro_elastic.models.drive_chain import WITHIN
-from symoro_elastic.models.drive_states import SET_POINTS, chains_of, inputs_of, state_symbols
+from symoro_elastic.models.drives.drive_chain import WITHIN
+from symoro_elastic.models.drives.drive_states import SET_POINTS, chains_of, inputs_of, state_symbols
 from symoro_elastic.models.model import Model, Result, TracedModel
 from symoro_elastic.models.naming import name_composites, name_dynamics, name_factors
 from symoro_elastic.models.state import position_blocks

@@ -17,7 +17,7 @@ from symoro_elastic.machine.machine import Joint, Kind, Machine
 from symoro_elastic.machine.names import IN_USE, LIBRARY, Reasons, why_no_joint, why_no_machine
 from symoro_elastic.machine.scene import RequestedPart
 from symoro_elastic.models.catalogue import MODELS, Model, TracedModel
-from symoro_elastic.models.drive_states import state_names
+from symoro_elastic.models.drives.drive_states import state_names
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.model import Result as TracedResult
 from symoro_elastic.models.state import rows_carried

@@ -8,8 +8,8 @@ from symoro_elastic.machine.arguments import known_of_base
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.closed_dynamics import closed_dynamics
-from symoro_elastic.models.drive_states import driven_motors
+from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
+from symoro_elastic.models.drives.drive_states import driven_motors
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates

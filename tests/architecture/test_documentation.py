@@ -67,7 +67,8 @@ def test_every_folder_of_tests_is_listed() -> None:
 def test_files_that_are_named_exist(document: str) -> None:
     links = re.findall(r"\]\((?!https?:)([^)#]+)\)", text(document))
     paths = re.findall(r"`((?:examples|docs|tests|symoro_elastic|templates)/[\w/.]*\w)`", text(document))
-    folders = (ROOT, (ROOT / document).parent)
+    paths += re.findall(r"`([a-z]\w*/[\w/]+\.(?:py|j2))`", text(document))
+    folders = (ROOT, ROOT / "symoro_elastic", (ROOT / document).parent)
     missing = [name for name in (*links, *paths) if not any((folder / name).exists() for folder in folders)]
     assert missing == []
 

@@ -15,7 +15,7 @@ from functools import cached_property
 from pathlib import Path
 
 from symoro_elastic.analysis.simulation.simulate import StepCost
-from symoro_elastic.codegen.c_steps import Run, runs
+from symoro_elastic.codegen.c.steps import Run, runs
 from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import Package

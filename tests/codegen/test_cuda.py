@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from symoro_elastic.codegen.c_steps import StepText
+from symoro_elastic.codegen.c.steps import StepText
 from symoro_elastic.codegen.compile import TYPES, compile_library
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Function, Package

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.codegen import c_function
-from symoro_elastic.codegen.c_near_use import near_use
+from symoro_elastic.codegen.c import function as c_function
+from symoro_elastic.codegen.c.near_use import near_use
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE, Precision

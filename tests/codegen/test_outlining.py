@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from symoro_elastic.codegen import c_function, c_results
+from symoro_elastic.codegen.c import function as c_function
+from symoro_elastic.codegen.c import results as c_results
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, DOUBLE_DOUBLE, MIXED, SINGLE, Precision

@@ -16,9 +16,9 @@ import pytest
 
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
-from symoro_elastic.codegen.st_function import LONGEST_BLOCK
-from symoro_elastic.codegen.st_lines import MOST_OPERATORS, WIDTH, in_comment, statement
-from symoro_elastic.codegen.st_names import LONGEST_NAME, RESERVED, StNames
+from symoro_elastic.codegen.st.function import LONGEST_BLOCK
+from symoro_elastic.codegen.st.lines import MOST_OPERATORS, WIDTH, in_comment, statement
+from symoro_elastic.codegen.st.names import LONGEST_NAME, RESERVED, StNames
 from symoro_elastic.codegen.targets.c import render_c
 from symoro_elastic.codegen.targets.st import render_st
 from symoro_elastic.formats import read_machine

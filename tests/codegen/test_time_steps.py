@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from symoro_elastic.codegen.c_steps import CSteps, StepText
+from symoro_elastic.codegen.c.steps import CSteps, StepText
 from symoro_elastic.codegen.compile import compile_library
 from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.local_names import with_own_results

@@ -15,8 +15,8 @@ from symoro_elastic.machine.drives import Drives
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import Electrics
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.drive_chain import Inputs, Slopes
-from symoro_elastic.models.drive_states import chains_of
+from symoro_elastic.models.drives.drive_chain import Inputs, Slopes
+from symoro_elastic.models.drives.drive_states import chains_of
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from tests.models.test_drive_steps import formula, some_drive
 from tests.models.test_friction_states import LAW, slider

@@ -20,7 +20,7 @@ from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.joints import Electrics
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.closed_dynamics import closed_dynamics
+from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.time_steps import refuse_machines_without_steps
 from symoro_elastic.numerics.implementations import numpy_model

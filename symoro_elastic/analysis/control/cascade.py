@@ -20,7 +20,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import NEEDED, TUNED, Drive, Filter, LowPass, Notch, fault_of, why_wrong
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.joints import Joint
-from symoro_elastic.models.control import samples_of_mean
+from symoro_elastic.models.drives.control import samples_of_mean
 
 ROOT_2 = 2**0.5
 CURRENT = "lag of the current loop"

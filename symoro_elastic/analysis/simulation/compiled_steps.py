@@ -13,7 +13,7 @@ import numpy as np
 
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
-from symoro_elastic.codegen.c_steps import Run, render_runs, runs
+from symoro_elastic.codegen.c.steps import Run, render_runs, runs
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library, load_library
 from symoro_elastic.codegen.integration.methods import METHODS, nodes_of
 from symoro_elastic.codegen.local_names import with_own_results
@@ -25,8 +25,8 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.models import closed_dynamics
-from symoro_elastic.models.drive_states import states_at_rest
+from symoro_elastic.models.drives import closed_dynamics
+from symoro_elastic.models.drives.drive_states import states_at_rest
 from symoro_elastic.models.implicit_steps import Motors
 from symoro_elastic.models.state import split_into
 from symoro_elastic.models.time_steps import refuse_machines_without_steps

@@ -23,7 +23,7 @@ from symoro_elastic.analysis.simulation.reference_motion import Motion, Referenc
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
-from symoro_elastic.models.control import CONTROL, START
+from symoro_elastic.models.drives.control import CONTROL, START
 from symoro_elastic.numerics.implementations import numpy_model
 
 SAME = 1e-9

@@ -50,7 +50,7 @@ from symoro_elastic.machine.restrict import names_to_fold
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
-from symoro_elastic.models.closed_dynamics import closed_dynamics
+from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
 from symoro_elastic.models.time_steps import WITHOUT_STATES, refuse_machines_without_steps

@@ -18,7 +18,7 @@ from symoro_elastic.analysis.trade_off.builds import Build
 from symoro_elastic.analysis.trade_off.configurations import BATCH, CALLS, SINGLE_CALL, Configuration
 from symoro_elastic.analysis.trade_off.formulations import Formulation
 from symoro_elastic.analysis.trade_off.timing import Run
-from symoro_elastic.codegen.c_wrappers import wrapper_context
+from symoro_elastic.codegen.c.wrappers import wrapper_context
 from symoro_elastic.codegen.compile import TYPES, CompilationFailed, CompiledPackage, compile_library, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from symoro_elastic.codegen.c_printers import angles_of
+from symoro_elastic.codegen.c.printers import angles_of
 from symoro_elastic.codegen.embedded.counted_loops import LoopBounds, loop_bounds
 from symoro_elastic.codegen.embedded.disassembly import Code, Kind, functions
 from symoro_elastic.codegen.embedded.flow import Flow, Unbounded, flow, most

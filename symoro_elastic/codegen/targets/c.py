@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from symoro_elastic.codegen.c_function import CFunction
-from symoro_elastic.codegen.c_lines import INDENT, in_comment, wrap_lines
-from symoro_elastic.codegen.c_printers import FUNCTIONS, OWN_FUNCTIONS, Form
-from symoro_elastic.codegen.c_steps import CSteps
-from symoro_elastic.codegen.c_text import FunctionText, function_text
+from symoro_elastic.codegen.c.function import CFunction
+from symoro_elastic.codegen.c.lines import INDENT, in_comment, wrap_lines
+from symoro_elastic.codegen.c.printers import FUNCTIONS, OWN_FUNCTIONS, Form
+from symoro_elastic.codegen.c.steps import CSteps
+from symoro_elastic.codegen.c.text import FunctionText, function_text
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Axis, Package, ParameterValue
 from symoro_elastic.codegen.package_context import Files

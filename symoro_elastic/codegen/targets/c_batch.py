@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from symoro_elastic.codegen.c_function import Array, CFunction
-from symoro_elastic.codegen.c_lines import INDENT, with_arguments, wrap_lines
-from symoro_elastic.codegen.c_printers import FUNCTIONS, Form
-from symoro_elastic.codegen.c_rows import Rows
-from symoro_elastic.codegen.c_steps import CSteps
-from symoro_elastic.codegen.c_text import Routine, working
+from symoro_elastic.codegen.c.function import Array, CFunction
+from symoro_elastic.codegen.c.lines import INDENT, with_arguments, wrap_lines
+from symoro_elastic.codegen.c.printers import FUNCTIONS, Form
+from symoro_elastic.codegen.c.rows import Rows
+from symoro_elastic.codegen.c.steps import CSteps
+from symoro_elastic.codegen.c.text import Routine, working
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files

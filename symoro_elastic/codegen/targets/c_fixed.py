@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from symoro_elastic.codegen.c_fixed_function import FixedFunction
-from symoro_elastic.codegen.c_lines import wrap_lines
+from symoro_elastic.codegen.c.fixed_function import FixedFunction
+from symoro_elastic.codegen.c.lines import wrap_lines
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from symoro_elastic.codegen.c_function import Array, CFunction
-from symoro_elastic.codegen.c_lines import INDENT, with_arguments, wrap_lines
-from symoro_elastic.codegen.c_printers import Form
-from symoro_elastic.codegen.c_steps import CSteps, Qualifiers, StepText
-from symoro_elastic.codegen.c_text import Routine, call, head, of_preparing, preparing, working
+from symoro_elastic.codegen.c.function import Array, CFunction
+from symoro_elastic.codegen.c.lines import INDENT, with_arguments, wrap_lines
+from symoro_elastic.codegen.c.printers import Form
+from symoro_elastic.codegen.c.steps import CSteps, Qualifiers, StepText
+from symoro_elastic.codegen.c.text import Routine, call, head, of_preparing, preparing, working
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files, function_context

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.c_lines import in_comment, with_arguments
+from symoro_elastic.codegen.c.lines import in_comment, with_arguments
 from symoro_elastic.codegen.hal_function import HalFunction
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.package import Axis, Function, Package

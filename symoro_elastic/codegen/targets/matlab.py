@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from symoro_elastic.codegen.c_lines import in_comment, with_arguments
-from symoro_elastic.codegen.c_steps import StepText
+from symoro_elastic.codegen.c.lines import in_comment, with_arguments
+from symoro_elastic.codegen.c.steps import StepText
 from symoro_elastic.codegen.local_names import with_local_names, with_own_results
 from symoro_elastic.codegen.matlab_arrays import MatlabArray, of_argument, of_result
 from symoro_elastic.codegen.matlab_function import (

@@ -9,9 +9,9 @@ from symoro_elastic.codegen.local_names import with_local_names, with_own_result
 from symoro_elastic.codegen.package import Package
 from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE, Precision
-from symoro_elastic.codegen.st_function import LONGEST_BLOCK, START, StBlock, StForm, StFunction
-from symoro_elastic.codegen.st_lines import comment
-from symoro_elastic.codegen.st_steps import step_blocks
+from symoro_elastic.codegen.st.function import LONGEST_BLOCK, START, StBlock, StForm, StFunction
+from symoro_elastic.codegen.st.lines import comment
+from symoro_elastic.codegen.st.steps import step_blocks
 from symoro_elastic.codegen.target import Target
 from symoro_elastic.codegen.targets.c import sentences
 from symoro_elastic.codegen.templates import render

@@ -19,8 +19,8 @@ from symoro_elastic.machine.freed import unused_name
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.machine import Machine, Parameter
 from symoro_elastic.machine.names import IN_USE, Reasons
-from symoro_elastic.models.control import sampled_drives
-from symoro_elastic.models.drive_states import driven_motors
+from symoro_elastic.models.drives.control import sampled_drives
+from symoro_elastic.models.drives.drive_states import driven_motors
 
 WAY_OUT = "leave it out, or give --by-torque"
 KEYS = {"torque_limit": "limits, torque", "current": "current, kp"}

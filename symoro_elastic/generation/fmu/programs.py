@@ -25,10 +25,10 @@ from symoro_elastic.machine.restrict import names_to_fold, restrict
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import in_form, points_of, trace, trace_of
-from symoro_elastic.models.closed_dynamics import closed_trace
-from symoro_elastic.models.control import CONTROL, START
 from symoro_elastic.models.directional_derivatives import directional_derivative
-from symoro_elastic.models.drive_states import SET_POINTS
+from symoro_elastic.models.drives.closed_dynamics import closed_trace
+from symoro_elastic.models.drives.control import CONTROL, START
+from symoro_elastic.models.drives.drive_states import SET_POINTS
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates

@@ -13,7 +13,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.closed_dynamics import closed_trace
+from symoro_elastic.models.drives.closed_dynamics import closed_trace
 from symoro_elastic.numerics.arrays import values_along
 from symoro_elastic.symbolic.expression import operand
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
 
-from symoro_elastic.codegen.c_lines import wrap_lines
+from symoro_elastic.codegen.c.lines import wrap_lines
 from symoro_elastic.codegen.integration.methods import Method
 from symoro_elastic.codegen.local_names import with_own_results
 from symoro_elastic.codegen.package import EXTERNAL, Function, Package
@@ -19,8 +19,8 @@ from symoro_elastic.codegen.time_steps import MethodText, blocks_carried, method
 from symoro_elastic.generation.fmu.programs import Programs
 from symoro_elastic.generation.fmu.scalar_variables import Layout
 from symoro_elastic.generation.fmu.start import Start
-from symoro_elastic.models.control import CONTROL, START
-from symoro_elastic.models.drive_states import SET_POINTS
+from symoro_elastic.models.drives.control import CONTROL, START
+from symoro_elastic.models.drives.drive_states import SET_POINTS
 from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES
 
 TOLERANCE, FINEST = "1e-10", "1e-14"

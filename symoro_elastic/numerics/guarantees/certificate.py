@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from symoro_elastic.codegen.c_printers import angles_of
+from symoro_elastic.codegen.c.printers import angles_of
 from symoro_elastic.codegen.package import Function
 from symoro_elastic.codegen.printed_order import in_place_of, in_printed_order
 from symoro_elastic.foundation.array_types import Array

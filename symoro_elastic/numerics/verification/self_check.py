@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.codegen.c_wrappers import wrapper_context
+from symoro_elastic.codegen.c.wrappers import wrapper_context
 from symoro_elastic.codegen.compile import compile_library, compile_package, load_library
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.precision import DOUBLE

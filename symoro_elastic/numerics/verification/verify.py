@@ -31,7 +31,7 @@ from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, TracedModel
-from symoro_elastic.models.control import FAMILY as CONTROLLERS
+from symoro_elastic.models.drives.control import FAMILY as CONTROLLERS
 from symoro_elastic.models.load_coordinates import chains, load_positions
 from symoro_elastic.models.model import CheckedBy
 from symoro_elastic.models.traced import Traced, trace_models

@@ -21,7 +21,7 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.drives import Drives
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.prescribed_motion import Gains
-from symoro_elastic.models.drive_states import state_names
+from symoro_elastic.models.drives.drive_states import state_names
 
 Machine = Any
 HELD = {"locked": {"bed": 0, "twist": 0}}

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import symoro_elastic as se
-from symoro_elastic.codegen.c_fixed_function import FixedFunction, FixedText
+from symoro_elastic.codegen.c.fixed_function import FixedFunction, FixedText
 from symoro_elastic.codegen.compile import find_compiler
 from symoro_elastic.codegen.package import Function, Package
 from symoro_elastic.codegen.targets.c_fixed import render_c_fixed

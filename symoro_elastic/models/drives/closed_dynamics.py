@@ -10,7 +10,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import RECURSION
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.catalogue import MODELS, in_form, trace_of
-from symoro_elastic.models.drive_states import SET_POINTS, chains_of, inputs_of, state_symbols
+from symoro_elastic.models.drives.drive_states import SET_POINTS, chains_of, inputs_of, state_symbols
 from symoro_elastic.models.floating_base import on_its_base
 from symoro_elastic.models.model import Model, Result, Results, TracedModel
 from symoro_elastic.models.tracing import Trace, prune, schedule

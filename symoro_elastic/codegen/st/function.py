@@ -11,8 +11,8 @@ from symoro_elastic.codegen.package import Argument, Function, Package, Paramete
 from symoro_elastic.codegen.package_context import function_context
 from symoro_elastic.codegen.partition import Part, Step, partition
 from symoro_elastic.codegen.printers import ATOM, Printer, Text
-from symoro_elastic.codegen.st_lines import INDENT, WIDTH, comment, declarations, in_comment, statement
-from symoro_elastic.codegen.st_names import StNames
+from symoro_elastic.codegen.st.lines import INDENT, WIDTH, comment, declarations, in_comment, statement
+from symoro_elastic.codegen.st.names import StNames
 from symoro_elastic.symbolic.operations import ATAN2, COS, MAXIMUM, MINIMUM, SIGN, SIN, SQRT
 from symoro_elastic.symbolic.program import Statement, by_section, rename_variables
 

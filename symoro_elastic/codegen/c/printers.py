@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from symoro_elastic.codegen.c_constants import Literal, Literals
+from symoro_elastic.codegen.c.constants import Literal, Literals
 from symoro_elastic.codegen.partition import LONGEST_PART
 from symoro_elastic.codegen.precision import Precision
 from symoro_elastic.codegen.printers import ATOM, PRODUCT, Printed, Printer, Text

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from symoro_elastic.codegen.body import C, Indices, Writer, positions_by_name
-from symoro_elastic.codegen.c_constants import Literals, declaration
-from symoro_elastic.codegen.c_lines import INDENT, statement
-from symoro_elastic.codegen.c_near_use import NOTHING, Around, near_use
-from symoro_elastic.codegen.c_printers import CPrinter, Form, angles_of, printer_of
-from symoro_elastic.codegen.c_results import Stored, copies
-from symoro_elastic.codegen.c_results import lines as result_lines
-from symoro_elastic.codegen.c_rows import repeated_rows
+from symoro_elastic.codegen.c.constants import Literals, declaration
+from symoro_elastic.codegen.c.lines import INDENT, statement
+from symoro_elastic.codegen.c.near_use import NOTHING, Around, near_use
+from symoro_elastic.codegen.c.printers import CPrinter, Form, angles_of, printer_of
+from symoro_elastic.codegen.c.results import Stored, copies
+from symoro_elastic.codegen.c.results import lines as result_lines
+from symoro_elastic.codegen.c.rows import repeated_rows
 from symoro_elastic.codegen.outlined import SPILL, Outline, Place, outline
 from symoro_elastic.codegen.outlining import OPERAND, Block, blocks
 from symoro_elastic.codegen.package import Function, Package

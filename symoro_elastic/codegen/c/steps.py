@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from symoro_elastic.codegen.c_function import Array, CFunction
-from symoro_elastic.codegen.c_lines import INDENT, with_arguments, wrap_lines
+from symoro_elastic.codegen.c.function import Array, CFunction
+from symoro_elastic.codegen.c.lines import INDENT, with_arguments, wrap_lines
 from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.precision import Precision

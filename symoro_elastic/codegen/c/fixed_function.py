@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symoro_elastic.codegen.body import C, Writer
-from symoro_elastic.codegen.c_lines import INDENT, statement, with_arguments
-from symoro_elastic.codegen.c_printers import angles_of
+from symoro_elastic.codegen.c.lines import INDENT, statement, with_arguments
+from symoro_elastic.codegen.c.printers import angles_of
 from symoro_elastic.codegen.fixed_point import (
     LONGEST_OF_PRODUCT,
     LONGEST_SHIFT,

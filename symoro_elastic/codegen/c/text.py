@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.c_function import SINCOS, Array, CFunction, PartText
-from symoro_elastic.codegen.c_lines import INDENT, comment, statement, with_arguments
+from symoro_elastic.codegen.c.function import SINCOS, Array, CFunction, PartText
+from symoro_elastic.codegen.c.lines import INDENT, comment, statement, with_arguments
 from symoro_elastic.codegen.guaranteed import Guaranteed, conditions
 from symoro_elastic.codegen.outlined import NUMBERS, SPILL, Call, Outline, Outlined, Pointer
 from symoro_elastic.codegen.package_context import function_context

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from symoro_elastic.codegen.c_steps import sum_of
+from symoro_elastic.codegen.c.steps import sum_of
 from symoro_elastic.codegen.integration.methods import METHODS
 from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
 from symoro_elastic.codegen.package import Package, ParameterValue
 from symoro_elastic.codegen.precision import DOUBLE
-from symoro_elastic.codegen.st_function import StArray, StBlock, StForm, StFunction, parameter_line
-from symoro_elastic.codegen.st_lines import INDENT, call, in_comment, statement
-from symoro_elastic.codegen.st_names import StNames
+from symoro_elastic.codegen.st.function import StArray, StBlock, StForm, StFunction, parameter_line
+from symoro_elastic.codegen.st.lines import INDENT, call, in_comment, statement
+from symoro_elastic.codegen.st.names import StNames
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.codegen.time_steps import (
     MethodText,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.c_lines import INDENT, statement, with_arguments
+from symoro_elastic.codegen.c.lines import INDENT, statement, with_arguments
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.program import Output
 

@@ -15,7 +15,7 @@ from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.mechanics.kinematics import frames
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.drive_chain import Block, Chain, Inputs, Limit, SetPoint, Winding
+from symoro_elastic.models.drives.drive_chain import Block, Chain, Inputs, Limit, SetPoint, Winding
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.functions import amount, minimum, square_root
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from symoro_elastic.codegen.c_lines import INDENT, statement
+from symoro_elastic.codegen.c.lines import INDENT, statement
 
 FEWEST = 500
 """Entries of a result from which on a table is faster: fewer are faster in lines (29 joints, a tree: 1 to 4 %)."""

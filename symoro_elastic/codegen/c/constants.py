@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.codegen.c_lines import INDENT, WIDTH, in_comment
-from symoro_elastic.codegen.c_lines import comment as written_as_comment
+from symoro_elastic.codegen.c.lines import INDENT, WIDTH, in_comment
+from symoro_elastic.codegen.c.lines import comment as written_as_comment
 from symoro_elastic.codegen.package import Constant
 from symoro_elastic.codegen.printers import Text
 from symoro_elastic.symbolic.expression import Operand
