@@ -125,11 +125,10 @@ def test_more_joints_than_are_solved_for(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def spoiled(text: str, line: int) -> str:
-    """The text with one sign turned: in the statement of this number, counted over those that have one."""
+    """The text with one sign turned: in the statement of this number, counted over those that compute with one."""
     lines = text.splitlines(keepends=True)
-    candidates = [
-        k for k, x in enumerate(lines) if re.match(r"    (?:const (?:double|numbers) )?\w+ = .*\w [-+] \w", x)
-    ]
+    signed = re.compile(r"    (?:const (?:double|numbers) )?\w+ = (?!LOAD).*\w [-+] \w")
+    candidates = [k for k, x in enumerate(lines) if signed.match(x)]
     k = candidates[line % len(candidates)]
     lines[k] = re.sub(r"(\w) ([-+]) (\w)", lambda m: f"{m[1]} {'-' if m[2] == '+' else '+'} {m[3]}", lines[k], count=1)
     return "".join(lines)
