@@ -28,6 +28,8 @@ from symoro_elastic.symbolic.operations import (
     ATAN2,
     COS,
     DIVIDE,
+    MAXIMUM,
+    MINIMUM,
     MULTIPLY,
     NEGATE,
     SIGN,
@@ -43,7 +45,7 @@ AT_ONCE = 50_000
 WIDER = {"double": ("long double", "l"), "single": ("double", "")}
 """Type of the reference, and what names of its functions end with."""
 OPERATORS = {ADD: "+", SUBTRACT: "-", MULTIPLY: "*", DIVIDE: "/"}
-FUNCTIONS = {SIN: "sin", COS: "cos", SQRT: "sqrt", ATAN2: "atan2"}
+FUNCTIONS = {SIN: "sin", COS: "cos", SQRT: "sqrt", ATAN2: "atan2", MINIMUM: "fmin", MAXIMUM: "fmax"}
 SOURCE = """
 #include <math.h>
 typedef {type} real;
