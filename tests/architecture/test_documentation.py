@@ -80,6 +80,14 @@ def test_modules_that_are_run_exist(document: str) -> None:
         assert path.with_suffix(".py").is_file() or (path / "__main__.py").is_file(), module
 
 
+def test_every_benchmark_is_named() -> None:
+    """Of those that run alone; `scenes` runs others."""
+    guide = text("CONTRIBUTING.md")
+    for path in sorted((TESTS / "benchmarks").glob("*.py")):
+        if '__name__ == "__main__"' in path.read_text(encoding="utf-8") and path.stem != "scene_energy":
+            assert re.search(rf"(?:benchmarks\.|`){path.stem}\b", guide), path.stem
+
+
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_commands_that_are_named_exist(document: str) -> None:
     for name in re.findall(r"symoro-elastic ([a-z][\w-]*)", text(document)):
