@@ -13,7 +13,7 @@ import pytest
 
 import symoro_elastic as se
 from symoro_elastic.codegen.closed_form import closed_equations, closed_forms
-from symoro_elastic.codegen.latex import arrays, number, solution
+from symoro_elastic.codegen.latex import NAMED, arrays, number, solution
 from symoro_elastic.codegen.notation import Notation
 from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.toml import reading as toml
@@ -457,3 +457,8 @@ def test_short_matrices_are_written_whole_with_their_cost_below():
         lines = [line for line in written.splitlines() if line]
         assert lines[-2].startswith(rf"\eqline{{{whole}}}{{\begin{{pmatrix}}")
         assert lines[-1].startswith(r"\medskip Computed by the equations below: ")
+
+
+@pytest.mark.parametrize("latex", NAMED.values())
+def test_mathml_of_every_function_of_equations(latex):
+    Page(mathml(f"{latex}(q_{{1}}, q_{{2}})"))

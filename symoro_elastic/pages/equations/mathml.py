@@ -132,7 +132,7 @@ class _Reader:
             return f"<mi>&{self.word()}scr;</mi>"
         if name in ROWS:
             return f'<mrow class="{ROWS[name]}">{self.group()}</mrow>'
-        if name in ("sin", "cos"):
+        if name in ("sin", "cos", "min", "max"):
             return f'<mi class="rm">{name}</mi>'
         if name == "cdot":
             return "<mo>&middot;</mo>"
