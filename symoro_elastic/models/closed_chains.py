@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar, sum_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Parts
 from symoro_elastic.mechanics.dynamics import dynamics
@@ -72,12 +72,9 @@ def _assemble(bound: Bound, _: Joints) -> Results:
     position = dict(zip(names, found, strict=True))
     left = substitute(bound.graph, errors, position)
     closed = [bound.variables[j] for j in bound.machine.dependent]
-    total: Scalar = 0
-    for x in left:
-        total = total + x * x
     return {
         "q_dep": Result(bound.machine.dependent, tuple(substitute(bound.graph, closed, position))),
-        "residual": Result(None, (square_root(bound.graph, total),), (1,)),
+        "residual": Result(None, (square_root(bound.graph, sum_of(x * x for x in left)),), (1,)),
     }
 
 

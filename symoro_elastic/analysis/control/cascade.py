@@ -221,6 +221,11 @@ class Cascade:
     windup: float | None = None
     torque_forward: bool = False
 
+    @property
+    def is_limited(self) -> bool:
+        """Whether it has limits, which linear figures leave out."""
+        return min(self.torque_limit, self.voltage_limit) < np.inf
+
     def with_gains(self, **gains: float) -> Cascade:
         """Return the cascade with other gains."""
         changes: dict[str, Any] = {**gains}

@@ -179,7 +179,7 @@ def _refuse_undamped(plant: Plant) -> None:
 
 def _notes(plant: Plant, cascades: Sequence[Cascade]) -> tuple[str, ...]:
     held = [f"{name} has no drive and is held" for name in plant.held]
-    limited = ", ".join(one.motor for one in cascades if min(one.torque_limit, one.voltage_limit) < np.inf)
+    limited = ", ".join(one.motor for one in cascades if one.is_limited)
     what = "limits of torque, current and voltage" if any(one.current for one in cascades) else "limits of torque"
     said = [f"{what} ({limited}) are not in these figures: they are linear"] if limited else []
     return (*plant.linear.doubts, *held, *said)

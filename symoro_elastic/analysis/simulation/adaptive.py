@@ -91,9 +91,9 @@ class Adapted:
 
 def method_for(system: CompiledMotion) -> str:
     """Return Radau where a pole at the start, or a bristle, is fast over the motion, else the explicit method."""
-    poles = np.linalg.eigvals(system.jacobian(0.0, system.start, system.reference.at_start))
     if len(system.largest_bent) and system.explicit == CompiledMotion.explicit:
         return "Radau"
+    poles = np.linalg.eigvals(system.jacobian(0.0, system.start, system.reference.at_start))
     return "Radau" if np.abs(poles).max(initial=0.0) * system.reference.duration > STIFF else system.explicit
 
 

@@ -58,8 +58,14 @@ class Predictions:
     """Predictions of tests at any values of the unknowns; what is traced is shared."""
 
     def __init__(self, sought: Sought, tests: Sequence[VibrationTest]) -> None:
-        """Raise `InputError` for signals that the machine, or a motor that is held, has not."""
+        """Raise `InputError` for signals that the machine, or a motor that is held, has not, modes under drives."""
         self.sought, self.tests = sought, tuple(tests)
+        for test in tests:
+            if test.modes and test.drives:
+                what = (
+                    "natural frequencies and ring-downs are those of motors held, free or under pd: measure responses"
+                )
+                raise InputError(test.name, "drives", what)
         known = drives_of(sought.machine).by_motor if any(test.drives for test in tests) else {}
         measured = [one.measured for one in known.values() if one.measured != MOTOR]
         ins = [one.input for test in tests for one in test.responses]
@@ -110,7 +116,7 @@ class Predictions:
             off = (
                 f"the drives of {', '.join(free)} are off: hold their motors, or give drives or pd, where they were on"
             )
-            limited = [loop.cascade.motor for loop in self._closed(test) if loop.is_limited]
+            limited = [loop.cascade.motor for loop in self._closed(test) if loop.cascade.is_limited]
             limits = f"limits of the drives of {', '.join(limited)} are left out: responses are linear"
             said = [*([off] if free else []), *([limits] if limited else [])]
             for line in (*self.linear_at(motion, test, values).doubts, *said):
@@ -130,9 +136,6 @@ class Predictions:
                 o = linear.outputs.index(test.responses[k].output)
                 i = linear.inputs.index(test.responses[k].input)
                 responses[k] = PredictedResponse(G[:, o, i], dG[:, :, o, i] if slopes else None)
-        if test.modes and test.drives:
-            what = "natural frequencies and ring-downs are those of motors held, free or under pd: measure responses"
-            raise InputError(test.name, "drives", what)
         modes = None if test.modes is None else _modes_of(changed, test.modes)
         return Predicted(tuple(one for one in responses if one is not None), modes)
 

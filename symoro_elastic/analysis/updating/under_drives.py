@@ -39,11 +39,6 @@ class Loop:
         """The signal of its torque."""
         return f"{self.cascade.motor}.tau"
 
-    @property
-    def is_limited(self) -> bool:
-        """Whether it has limits, which linear responses leave out."""
-        return min(self.cascade.torque_limit, self.cascade.voltage_limit) < np.inf
-
 
 def loops_of(motion: EquationsOfMotion, sought: Sequence[str]) -> dict[str, Loop]:
     """Return the loops of all drives by motor; raises `InputError` for gains that are no numbers, or are sought."""

@@ -20,13 +20,14 @@ from symoro_elastic.codegen.real_numbers import refuse_no_numbers
 from symoro_elastic.foundation.errors import InputError
 
 Functions = dict[str, Callable[..., Any]]
-FUNCTIONS = ("sin", "cos", "sqrt", "sign", "minimum", "maximum")
+FUNCTIONS = ("sin", "cos", "sqrt", "sign")
+OF_TWO = ("minimum", "maximum")
 ON_ARRAYS = ("asarray", "zeros_like", "full_like", "sum", "stack", "reshape", "broadcast_to")
 
 
 def on_arrays(package: Package, module: ModuleType, library: Any) -> Functions:
     """Return the models as functions of arrays of a library; raises `InputError` for what is not such a library."""
-    missing = [name for name in (*FUNCTIONS, *ON_ARRAYS) if not hasattr(library, name)]
+    missing = [name for name in (*FUNCTIONS, *OF_TWO, *ON_ARRAYS) if not hasattr(library, name)]
     if missing or not (hasattr(library, "atan2") or hasattr(library, "arctan2")):
         what = f"{_called(library)} has no {(*missing, 'atan2')[0]}: give the name of a backend, or an array library"
         raise InputError("symoro-elastic", "--backend", what)
@@ -43,7 +44,7 @@ class _Namespace:
 
     def __init__(self, library: Any) -> None:
         self.library = library
-        self.sin, self.cos, self.sqrt, self.sign = (getattr(library, name) for name in FUNCTIONS[:4])
+        self.sin, self.cos, self.sqrt, self.sign = (getattr(library, name) for name in FUNCTIONS)
         self.atan2 = library.atan2 if hasattr(library, "atan2") else library.arctan2
 
     def minimum(self, x: Any, y: Any) -> Any:

@@ -25,7 +25,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
-from symoro_elastic.foundation.scalar import Scalar
+from symoro_elastic.foundation.scalar import Scalar, sum_of
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.functions import amount, clamp, sign
 
@@ -332,7 +332,4 @@ class Chain:
 
 
 def _sum(row: tuple[Scalar, ...], z: Scalars) -> Scalar:
-    total: Scalar = 0
-    for a, x in zip(row, z, strict=True):
-        total = total + a * x
-    return total
+    return sum_of(a * x for a, x in zip(row, z, strict=True))

@@ -206,7 +206,7 @@ def linear_path(
             break
         near = found
     path = along.about(near, outputs)
-    if any(min(one.torque_limit, one.voltage_limit) < np.inf for one in reference.drives):
+    if any(one.is_limited for one in reference.drives):
         moved = path.without([()])
         Loops(reference, reference.drives, path.t).refuse_beyond(reference, moved.d[:, 0], moved.dd[:, 0])
     return path
