@@ -193,8 +193,8 @@ class CompiledPackage:
     def _rows(self, array: Array, lead: tuple[int, ...]) -> Array:
         """An array broadcast to the leading axes, one state a row."""
         size = array.shape[-1]
-        wide = np.broadcast_to(array, (*lead, size)).astype(self.type)
-        return np.ascontiguousarray(wide).reshape(math.prod(lead), size)
+        wide = array if array.shape[:-1] == lead else np.broadcast_to(array, (*lead, size))
+        return np.ascontiguousarray(wide, self.type).reshape(math.prod(lead), size)
 
     def _named(self, signature: Function, results: Sequence[Array], lead: tuple[int, ...]) -> dict[str, Array]:
         return {

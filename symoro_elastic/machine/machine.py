@@ -236,17 +236,17 @@ class Machine(Shown):
             return True
         return any(not self.variables.keys().isdisjoint(joint.selected.names) for joint in self.joints)
 
-    @property
+    @cached_property
     def motors(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints driven by motors, in table order: the entries of tau."""
         return self._numbers_of(Kind.MOTOR)
 
-    @property
+    @cached_property
     def elastic(self) -> tuple[int, ...]:
         """Numbers (from 1) of the elastic joints, in table order."""
         return self._numbers_of(Kind.ELASTIC)
 
-    @property
+    @cached_property
     def bristles(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints whose friction has a state, in table order: the entries of z."""
         return tuple(j for j in self.articulated if not self.joint(j).friction.bristle.is_zero)
@@ -258,7 +258,7 @@ class Machine(Shown):
         laws = (self.joint(j).friction for j in self.bristles)
         return tuple(max(x.coulomb.value(values), x.static.value(values)) / x.bristle.value(values) for x in laws)
 
-    @property
+    @cached_property
     def loaded(self) -> tuple[int, ...]:
         """Numbers (from 1) of the joints whose friction rises with the load, in table order: the entries of load."""
         return tuple(j for j in self.articulated if not self.joint(j).friction.load.is_zero)
@@ -271,27 +271,27 @@ class Machine(Shown):
             for j in numbers:
                 raise self.error(f"friction, {self.joint(j).name}", f"{task} {why}")
 
-    @property
+    @cached_property
     def with_backlash(self) -> tuple[int, ...]:
         """Numbers (from 1) of the elastic joints whose springs have backlash, in table order."""
         return tuple(j for j in self.elastic if not self.joint(j).spring.backlash.is_zero)
 
-    @property
+    @cached_property
     def independent_joints(self) -> tuple[Joint, ...]:
         """The joints that own an independent variable, in the order of the entries of q."""
         return tuple(map(self.joint, self.independent))
 
-    @property
+    @cached_property
     def motor_joints(self) -> tuple[Joint, ...]:
         """The joints driven by motors, in the order of the entries of tau."""
         return tuple(map(self.joint, self.motors))
 
-    @property
+    @cached_property
     def motor_entries(self) -> tuple[int, ...]:
         """Indices into q (from 0) of the joints driven by motors whose variables are independent."""
         return self.entries(j for j in self.motors if j in self.independent)
 
-    @property
+    @cached_property
     def elastic_entries(self) -> tuple[int, ...]:
         """Indices into q (from 0) of the elastic joints whose variables are independent."""
         return self.entries(j for j in self.elastic if j in self.independent)

@@ -13,6 +13,7 @@ Filters of set points give the rates of what they let pass, so that nothing is d
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -74,10 +75,14 @@ class DriveLaw:
     def _beyond(self, z: Array, u: Array) -> Array:
         f = z @ self.F.T + u @ self.G.T
         found = np.zeros_like(f)
-        for j, limit in enumerate(self.limits):
+        for j in self._finite:
             wanted = f[..., j] + found @ self.H[j]
-            found[..., j] = np.clip(wanted, -limit, limit) - wanted
+            found[..., j] = np.clip(wanted, -self.limits[j], self.limits[j]) - wanted
         return found
+
+    @cached_property
+    def _finite(self) -> list[int]:
+        return [j for j, limit in enumerate(self.limits) if limit < np.inf]
 
 
 class _Wiring:

@@ -11,6 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.polynomial.polynomial import polyval
 
 from symoro_elastic.analysis.control.cascade import Cascade, cascade_of
 from symoro_elastic.analysis.control.driven_machine import load_ratio, measured_positions
@@ -41,7 +42,8 @@ from symoro_elastic.numerics.motion.soft_springs import refuse_soft_static
 
 Curve = Callable[[Array], Array]
 RISE = Polynomial([0.0] * 4 + list(COEFFICIENTS))
-RATES = (RISE, RISE.deriv(), RISE.deriv(2), RISE.deriv(3))
+RATES = np.stack([np.pad(RISE.deriv(k).coef, (0, k)) for k in range(4)], axis=1)
+"""Coefficients (8, 4) of the rise and its derivatives."""
 REACHED = 1e-9
 """Of a duration: how far a record may end before it."""
 EVEN, MISSING = 0.9, 1.5
@@ -406,7 +408,8 @@ def _law(servo: Servo, m: float) -> tuple[float, float]:
 def risen(t: Array, begins: float, lasts: float) -> Array:
     """Return the rise from 0 to 1, 35 x^4 - 84 x^5 + 70 x^6 - 20 x^7 with x = (t - begins) / lasts, constant beyond."""
     x = np.clip((t - begins) / lasts, 0.0, 1.0)
-    return np.array([rate(x) / lasts**k for k, rate in enumerate(RATES)])
+    found: Array = (polyval(x, RATES).T / [lasts**k for k in range(4)]).T
+    return found
 
 
 def wobble(t: Array, amplitude: float, frequency: float, duration: float) -> Array:
