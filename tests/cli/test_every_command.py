@@ -129,8 +129,8 @@ CALLS: dict[str, tuple[tuple[str, ...], ...]] = {
 where it takes no machine, or goes on until it is ended."""
 MOTION = """
 [motion]
-duration = 0.1
-moves = [{ motor = "a", by = 0.1, in = 0.05 }]
+duration = 0.04
+moves = [{ motor = "a", by = 0.1, in = 0.02 }]
 [wanted]
 tolerance = { "a.q" = 1e-3, "b.x" = 1e-3 }
 """
@@ -140,7 +140,9 @@ TRADED = ("no_joint", "fixed_bodies", "all_passive", "floating_only")
 """Machines that `trade` is called on, which compiles many times."""
 REPORTED = ("no_joint", "all_passive", "no_values", "floating", "driven_in_space", "loaded")
 """Machines that `report` is called on, which does the work of many commands."""
-FEW_MACHINES = {"trade": TRADED, "report": REPORTED}
+UPDATED = ("no_joint", "all_fixed", "all_passive", "no_mass", "no_values", "floating", "driven", "bristles", "loaded")
+"""Machines that `update` is called on, which looks for the springs of any tests for seconds."""
+FEW_MACHINES = {"trade": TRADED, "report": REPORTED, "update": UPDATED}
 
 
 @pytest.fixture(autouse=True)

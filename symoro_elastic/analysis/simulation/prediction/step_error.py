@@ -9,7 +9,7 @@ Motors without servo are where they are prescribed to be at every stage. The exa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -45,10 +45,17 @@ class _Rates:
     reference: Array
     rate: Array
 
-    def at(self, k: int, y: Array) -> Array:
-        """Return f at time k."""
+    @cached_property
+    def _at_zero(self) -> Array:
+        found: Array = self.rate - (self.slope @ self.reference[..., None])[..., 0]
+        return found
+
+    def at(self, Y: Array) -> Array:
+        """Return f of affine functions."""
         n = self.rate.shape[1]
-        return np.concatenate([y[n:], self.rate[k] + self.slope[k] @ (y - self.reference[k])])
+        moved = self.slope @ Y
+        moved[..., -1] += self._at_zero
+        return np.concatenate([Y[:, n:], moved], axis=1)
 
 
 @dataclass(frozen=True)
@@ -63,12 +70,12 @@ class _Solver:
     by_velocity: Array
     by_position: Array
 
-    def solution(self, k: int, r: Array) -> Array:
-        """Return z (2n,) of step k."""
-        r_q, r_v = np.split(r, 2)
+    def solution(self, r: Array) -> Array:
+        """Return z of affine functions r."""
+        r_q, r_v = np.split(r, 2, axis=1)
         z_v = r_v.copy()
-        z_v[self.rows] -= self.by_velocity[k] @ r_v[self.rows] + self.by_position[k] @ r_q[self.rows]
-        return np.concatenate([r_q + self.g * z_v, z_v])
+        z_v[:, self.rows] -= self.by_velocity @ r_v[:, self.rows] + self.by_position @ r_q[:, self.rows]
+        return np.concatenate([r_q + self.g * z_v, z_v], axis=1)
 
 
 @dataclass(frozen=True)
@@ -76,6 +83,9 @@ class _Steps:
     """Steps of a method of size h from even times (N,): right sides by stage, T, f before and after to tell df/dt.
 
     `driven` are entries of y that are prescribed, `ends` (N, 2n) where they are after each step.
+
+    A step is an affine function of y, so that the method is run once for all steps, on affine functions
+    Y = [A, b] (N, 2n, 2n + 1) of the y at their start in place of numbers; only A y + b follows step by step.
     """
 
     method: Method
@@ -86,31 +96,42 @@ class _Steps:
     driven: Array
     ends: Array
 
-    def step(self, k: int, y: Array) -> Array:
-        """Return y (2n,) after step k."""
+    def after(self, y: Array) -> Iterator[Array]:
+        """Yield y (2n,) after each step."""
+        for A in self._functions():
+            y = A[:, :-1] @ y + A[:, -1]
+            yield y
+
+    def _functions(self) -> Array:
+        """Return the steps as affine functions of y."""
+        steps, size = self.ends.shape
+        start = np.tile(np.eye(size, size + 1), (steps, 1, 1))
 
         def rate(i: int, Y: Array) -> Array:
-            return self._at(self.stages[i], k, Y)
+            return self._at(self.stages[i], Y)
 
         def solution(r: Array) -> Array:
-            return self.solver.solution(k, r) if self.solver else r
+            return self.solver.solution(r) if self.solver else r
 
-        after: Array = step(self.method, self.h, y, rate, solution, self._of_time(k, y))
-        after[self.driven] = self.ends[k, self.driven]
-        return after
+        found: Array = step(self.method, self.h, start, rate, solution, self._of_time(start))
+        return self._placed(found, self.ends)
 
-    def _at(self, rates: _Rates, k: int, y: Array) -> Array:
-        """Return f at time k, motors where they are prescribed to be then."""
-        placed = y.copy()
-        placed[self.driven] = rates.reference[k, self.driven]
-        return rates.at(k, placed)
+    def _at(self, rates: _Rates, Y: Array) -> Array:
+        """Return f, motors where they are prescribed to be then."""
+        return rates.at(self._placed(Y, rates.reference))
 
-    def _of_time(self, k: int, y: Array) -> Array:
-        """Return df/dt (2n,) at the start of step k."""
+    def _placed(self, Y: Array, there: Array) -> Array:
+        placed = Y.copy()
+        placed[:, self.driven] = 0.0
+        placed[:, self.driven, -1] = there[:, self.driven]
+        return placed
+
+    def _of_time(self, Y: Array) -> Array:
+        """Return df/dt at the start of steps."""
         if self.around is None:
-            return np.zeros_like(y)
+            return np.zeros_like(Y)
         before, after, apart = self.around
-        change: Array = (self._at(after, k, y) - self._at(before, k, y)) / apart[k]
+        change: Array = (self._at(after, Y) - self._at(before, Y)) / apart[:, None, None]
         return change
 
 
@@ -159,9 +180,7 @@ class StepErrors:
         y = [self._states(t[:1])[0]]
         rounded = in_floats(method)
         for first in range(0, len(t) - 1, BLOCK):
-            steps = self._steps(rounded, t[first : first + BLOCK + 1])
-            for k in range(len(steps.ends)):
-                y.append(steps.step(k, y[-1]))
+            y.extend(self._steps(rounded, t[first : first + BLOCK + 1]).after(y[-1]))
         return np.array(y)
 
     def _steps(self, method: Method, t: Array) -> _Steps:
