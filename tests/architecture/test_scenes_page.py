@@ -52,6 +52,14 @@ def test_commands_print_what_the_page_shows(folder: Path) -> None:
         assert labels(folder / drawn) == labels(ROOT / "docs" / kept)
 
 
+def test_a_budget_saves_a_tenth_of_the_operations() -> None:
+    """Of those with springs alone left out, and the errors that are measured stay within the tolerance."""
+    saved, verdict = re.findall(
+        r"(\d+)% fewer operations than with springs alone|: (within|beyond) the tolerance", PAGE
+    )
+    assert int(saved[0]) >= 10 and verdict[1] == "within"
+
+
 def labels(plot: Path) -> list[str]:
     return re.findall("<!-- .* -->", plot.read_text(encoding="utf-8"))
 

@@ -192,13 +192,11 @@ def test_claims_of_other_machines_and_motions_hold(name: str) -> None:
 
 
 @pytest.mark.thorough
-def test_the_scene_of_the_page_takes_a_tenth_fewer_operations_than_by_springs_alone() -> None:
-    climbed = se.ladder(TWO_AXIS, MOVE, budget=True)
-    spent = climbed.budget
-    assert spent is not None and spent.is_within and spent.saved >= 0.1
-    assert measured_line(spent).endswith("within the tolerance") and climbed.as_json()["budget"]["within"]
+def test_what_is_said_and_drawn_of_a_budget() -> None:
+    spent = budget()
+    assert spent.measured is not None and spent.is_within and measured_line(spent).endswith("within the tolerance")
     assert relative(spent.measured.errors_mixed, spent.tolerance) <= 1
-    assert {*climbed.plots()} == {"rungs", "operations", "budget"} and {*spent.plots()} == {"budget"}
+    assert {*found().plots()} == {"rungs", "operations", "budget"} and {*spent.plots()} == {"budget"}
 
 
 def test_tolerances_of_results_are_refused_beside_a_budget(tmp_path: Path) -> None:
