@@ -21,9 +21,9 @@ from symoro_elastic.mechanics.loops.closing import Branches, CutJoint, branches_
 from symoro_elastic.mechanics.spatial import Axis
 from symoro_elastic.models.loops.continuation import CLOSED, LONGEST, continued_positions
 from symoro_elastic.models.tree import Tree
-from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, evaluate_nodes, library
-from symoro_elastic.symbolic.expression import Expression, reachable
+from symoro_elastic.symbolic.arithmetic import FLOATS, Arithmetic, library
 from symoro_elastic.symbolic.operations import ATAN2, COSPI, PI
+from symoro_elastic.symbolic.tape import Tape
 
 SEED = 20263
 STEPS = 50
@@ -95,7 +95,7 @@ class Assembly:
         """The equations of some of the loops alone."""
         found, names = copy.copy(self), {loop.name for loop in loops}
         found.equations = [one for one in self.equations if one.loop in names]
-        for name in ("_nodes", "blocks"):
+        for name in ("_tapes", "_entries", "blocks"):
             found.__dict__.pop(name, None)
         return found
 
@@ -124,8 +124,16 @@ class Assembly:
         return [k for k, j in enumerate(self.machine.with_variable) if j in joints]
 
     @cached_property
-    def _nodes(self) -> list[Expression]:
-        return reachable(x for one in self.equations for x in (one.error, *one.columns.values()))
+    def _tapes(self) -> tuple[Tape[float], Tape[Any]]:
+        """The errors, then the entries of W in the order of `_entries`, in floats and in arrays."""
+        entries = [x for one in self.equations for x in one.columns.values()]
+        roots = [*(one.error for one in self.equations), *entries]
+        return Tape(roots, FLOATS), Tape(roots, ARRAYS)
+
+    @cached_property
+    def _entries(self) -> list[tuple[int, int]]:
+        order = {j: k for k, j in enumerate(self.machine.with_variable)}
+        return [(i, order[j]) for i, one in enumerate(self.equations) for j in one.columns]
 
     def symbols(self, position: Position) -> dict[str, float]:
         """Values of parameters and joint coordinates at a position, by name."""
@@ -142,14 +150,13 @@ class Assembly:
         columns: list[Any] = positions[0].tolist() if one else [*positions.T]
         variables = self.machine.by_variable(dict(zip(self.machine.with_variable, columns, strict=True)))
         with np.errstate(all="ignore"):
-            value = evaluate_nodes(self._nodes, self.values | variables, FLOATS if one else ARRAYS)
-        order = {j: k for k, j in enumerate(self.machine.with_variable)}
+            found = self._tapes[0 if one else 1].values(self.values | variables)
         errors = np.zeros((len(positions), len(self.equations)))
-        W = np.zeros((*errors.shape, len(order)))
-        for i, equation in enumerate(self.equations):
-            errors[:, i] = value(equation.error)
-            for j, x in equation.columns.items():
-                W[:, i, order[j]] = value(x)
+        W = np.zeros((*errors.shape, len(self.machine.with_variable)))
+        for i, x in enumerate(found[: len(self.equations)]):
+            errors[:, i] = x
+        for (i, k), x in zip(self._entries, found[len(self.equations) :], strict=True):
+            W[:, i, k] = x
         return errors, W
 
     def start(self) -> Position:

@@ -22,6 +22,7 @@ from symoro_elastic.models.tree import Tree
 from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate
 from symoro_elastic.symbolic.expression import is_constant
 from symoro_elastic.symbolic.functions import QUARTERS, arc_tangent, square_root
+from symoro_elastic.symbolic.tape import Tape
 
 Angles = dict[int, Scalar]
 AGREEING = 1e-7
@@ -124,13 +125,13 @@ def own_variable(tree: Tree, joint: int, turn: Complex, half_turns: int) -> Scal
 
 def agrees(tree: Tree, assembly: Assembly, joint: int, form: Complex | Scalar, positions: Sequence[Position]) -> bool:
     """Whether a closed form of a joint, its turn or its own position, gives the assembled positions."""
-    offset, leaves = tree.offset(joint), list(form) if isinstance(form, Complex) else [form]
+    tape = Tape([tree.offset(joint), *(form if isinstance(form, Complex) else [form])], FLOATS)
     for position in positions:
         try:
-            value = evaluate([*leaves, offset], assembly.symbols(position), FLOATS)
-            found, wanted = [value(x) for x in leaves], value(offset) + position[joint]
+            offset, *found = tape.values(assembly.symbols(position))
         except (ArithmeticError, ValueError):
             return False
+        wanted = offset + position[joint]
         if isinstance(form, Complex):
             errors = [found[0] - math.cos(wanted), found[1] - math.sin(wanted)]
         else:

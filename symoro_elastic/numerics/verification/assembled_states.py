@@ -14,7 +14,8 @@ from symoro_elastic.machine.machine import Kind, Machine
 from symoro_elastic.models.loops.assembly import Position
 from symoro_elastic.models.loops.plan import Plan, plan_of
 from symoro_elastic.numerics.verification.linear_systems import solve
-from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
+from symoro_elastic.symbolic.arithmetic import multiprecision
+from symoro_elastic.symbolic.tape import Tape
 
 DIGITS, STEPS = 50, 4
 """From an error of 1e-11, two steps give 44 digits."""
@@ -91,13 +92,14 @@ def closed_variables(machine: Machine, plan: Plan, near: Position, values: Mappi
     arithmetic = multiprecision(DIGITS)
     kept = [one for loop in plan.loops for one in plan.assembly.equations if one.loop == loop.loop.name]
     kept = [one for one in kept if one.row in next(x.kept for x in plan.loops if x.loop.name == one.loop)]
-    leaves = [x for one in kept for x in (one.error, *one.columns.values())]
+    leaves = [x for one in kept for x in (one.error, *(one.columns.get(j, 0) for j in machine.dependent))]
+    tape, width = Tape(leaves, arithmetic), 1 + len(machine.dependent)
     found = {j: arithmetic.number(Fraction(x)) for j, x in near.items()}
     symbols = {name: arithmetic.number(Fraction(x)) for name, x in values.items()}
     for _ in range(STEPS):
-        here = symbols | machine.by_variable(found)
-        value = evaluate(leaves, here, arithmetic)
-        W = [[value(one.columns.get(j, 0)) for j in machine.dependent] for one in kept]
-        for j, step in zip(machine.dependent, solve(W, [value(one.error) for one in kept]), strict=True):
+        numbers = tape.values(symbols | machine.by_variable(found))
+        rows = [numbers[k : k + width] for k in range(0, len(numbers), width)]
+        steps = solve([W for _, *W in rows], [error for error, *_ in rows])
+        for j, step in zip(machine.dependent, steps, strict=True):
             found[j] -= step
     return found
