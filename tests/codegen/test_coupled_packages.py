@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symoro_elastic.api.machines import the_machine
 from symoro_elastic.codegen.compile import compile_package
 from symoro_elastic.codegen.precision import DOUBLE, PRECISIONS
 from symoro_elastic.codegen.targets import render_targets
@@ -111,3 +112,16 @@ def test_a_tree_names_neither(tmp_path: Path) -> None:
     module = import_package(render_targets(made.package, ("numpy",)), tmp_path)
     assert not hasattr(module, "DEPENDENT") and not hasattr(module, "MOTOR_NAMES") and hasattr(module, "MOTORS")
     assert "DEPENDENT" not in "".join(render_targets(made.package, ("c",)).values())
+
+
+@pytest.mark.parametrize("width", ["W", "1.2"])
+def test_functions_of_two_numbers_take_one_that_is_the_same_for_all_states(width: str, tmp_path: Path) -> None:
+    yaw = {"name": "yaw", "kind": "coupled", "sigma": 0, "alpha": "pi/2", "theta": f"2*atan2(x1 - x2, {width})"}
+    one, two = ({"name": f"m{k}", "antecedent": 0, "kind": "motor", "sigma": 1, "r": f"x{k}"} for k in (1, 2))
+    bodies = {"yaw": {"mass": 1, "center_of_mass": [0.1, 0, 0], "inertia": [1, 1, 1]}}
+    gantry = the_machine({"joints": [one, two, yaw], "parameters": {"W": 1.2}, "bodies": bodies})
+    made = trace_models(gantry, Scene(models=("inverse_dynamics",)))
+    states, p = moderate_states(gantry, 5), np.array([1.2][: len(made.package.parameters)])
+    library = compile_package(made.package, tmp_path, flags=("-O0",), precision=DOUBLE)
+    single, batch = (c_code(library, p, many)(made.models[0], states) for many in (False, True))
+    assert np.allclose(batch["tau"], single["tau"], rtol=1e-14)

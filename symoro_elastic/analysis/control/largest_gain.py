@@ -3,7 +3,9 @@
 With an open loop of which 1 + L = a + k b, the distance |a + k b| >= modulus is a quadratic in k: each frequency
 forbids an interval of k. What is left between the intervals of all frequencies are gaps; the largest gain is the upper
 end of the lowest gap in which the closed loop is stable, the least lower end of the intervals above it. Above it other
-stable gaps may exist: it is the largest from below. The gap above all intervals counts only where there is none.
+stable gaps may exist: it is the largest from below. Where the gap above all intervals is stable and the last frequency
+forbids none, as of velocity loops without dead time and lag, nothing limits the gain, though an integral part or
+friction may require a least one.
 """
 
 from __future__ import annotations
@@ -74,9 +76,10 @@ def largest_gain(
     loop changes fast.
     """
     low, high = forbidden(*terms(frequencies), modulus)
-    for lower, upper in gaps(low, high):
-        if upper == np.inf:
-            return LargestGain(np.inf, np.nan) if lower == 0 and is_stable(1.0) else None
+    *between, (top, _) = gaps(low, high)
+    if np.isnan(high[-1]) and is_stable(2 * top or 1.0):
+        return LargestGain(np.inf, np.nan)
+    for lower, upper in between:
         if upper - lower > LEAST * upper and is_stable(np.sqrt(lower * upper) or upper / 2):
             return _refined(terms, frequencies, low, modulus, lower)
     return None

@@ -57,6 +57,13 @@ def test_the_stable_gap_is_taken() -> None:
     assert largest_gain(terms, f, 0.5, lambda _: False) is None
 
 
+def test_an_integral_part_requires_a_least_gain_and_limits_none() -> None:
+    """A motor and a load without dead time and lag: L falls as 1/s, from a crossover on that Tn requires."""
+    given = {"Kv": 1, "Kp": 100, "Tn": 0.02, "current": {}, "dead_time": 0}
+    velocity, _ = se.control(drive(**given)).places[0].axes[0].limits
+    assert velocity.largest is not None and velocity.largest.gain == np.inf
+
+
 # A motor, a spring, a load: in closed form, 40 digits
 
 
