@@ -62,6 +62,9 @@ def _mistake(function: Callable[..., object], bound: Signature, args: Sequence[A
     rows = bound.parameters.values()
     placed = [row.name for row in rows if row.kind is row.POSITIONAL_OR_KEYWORD]
     unknown = [name for name in given if name not in bound.parameters]
+    listed = [row.name for row in rows if row.kind is row.VAR_POSITIONAL and row.name in given]
+    if listed:
+        return f"takes {listed[0]} by place, after {', '.join(placed)}: give them without a name"
     if unknown:
         return f"got an unexpected keyword argument {unknown[0]!r}{_meant(function, unknown[0], bound.parameters)}"
     if len(args) > len(placed):

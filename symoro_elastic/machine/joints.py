@@ -305,6 +305,12 @@ class Joint:
         return Formula(text, ("*", ("power", self.ratio.tree, 2), self.rotor_inertia.tree))
 
     @property
+    def reflected(self) -> Joint:
+        """The joint with its motor as it feels it: numbers of the rotor's own axis times the ratio or its square."""
+        electrics, cogging = self.reflected_electrics, self.reflected_cogging
+        return replace(self, rotor_inertia=self.reflected_inertia, electrics=electrics, cogging=cogging)
+
+    @property
     def reflected_electrics(self) -> Electrics:
         """The winding as the joint feels it: its constants times the ratio where one is given."""
         return replace(self.electrics, **self._times_ratio(self.electrics, ("torque_constant", "back_emf")))

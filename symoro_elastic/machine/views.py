@@ -16,6 +16,8 @@ from symoro_elastic.machine.limits import LIMITED, JointLimits, Range, unit_of
 from symoro_elastic.machine.machine import Machine
 
 CASCADE = "cascade"
+IDLE = re.compile(r"(?<!\w)\(([\w.]+(?:(?<=e)-\d+)?)\)")
+"""A name or a number in brackets, which are not those of a function."""
 BODY_COLUMNS = ("M", "MX", "MY", "MZ", "XX", "XY", "XZ", "YY", "YZ", "ZZ")
 
 
@@ -186,9 +188,9 @@ def _body(joint: Joint) -> str:
 
 
 def _law(joint: Joint, with_units: bool = False) -> str:
-    """The laws of a joint, such as k = 2e7, c = 0.1."""
-    found = ((cell.column, formula) for cell, formula in cells(joint) if cell.column.symbol)
+    """The laws of a joint, such as k = 2e7, d = 0.1; those of motors as the joint feels them."""
+    found = ((cell.column, formula) for cell, formula in cells(joint.reflected) if cell.column.symbol)
     shown = ((column, formula) for column, formula in found if formula != column.default)
-    laws = ((column, f"{column.symbol} = {_written(formula)}") for column, formula in shown)
+    laws = ((column, IDLE.sub(r"\1", f"{column.symbol} = {_written(formula)}")) for column, formula in shown)
     unit = int(joint.sigma == 1)
     return ", ".join(f"{law} {column.dimension.units[unit]}".rstrip() if with_units else law for column, law in laws)

@@ -218,7 +218,7 @@ def _of_joint(j: int, joint: Joint, values: Mapping[str, Fraction]) -> Iterator[
         ("Fv", joint.friction.viscous, "viscous friction", f"{force} s/{angle}"),
         ("Fs", joint.friction.coulomb, "Coulomb friction", force),
         ("vs", joint.friction.creep, "creep velocity of dry friction", f"{angle}/s"),
-        ("Ia", joint.rotor_inertia, "rotor inertia", inertia),
+        ("Ia", joint.reflected_inertia, "rotor inertia", inertia),
         ("b", joint.b, "length b", "m"),
         ("d", joint.d, "length d", "m"),
         ("r", joint.r, "length r", "m"),

@@ -167,8 +167,9 @@ begins, and no others, so every line of TOML is a comment of its own.
 A row of `joints` is given for each joint or for none, with `name` and, where several names in its cell may be meant,
 `variable`. Where cut joints are not the last rows of a table, `joints` has its order and `[loops]` names `cut` and
 `meets`; else both may be left out. `[parameters]` orders the parameters where it names all of them. A number stands in
-a list or in TOML, not in both; a body about its centre of mass stands in both, and they must agree. In texts `*)` is
-written `*\\u0029`.
+a list or in TOML, not in both; a body about its centre of mass stands in both, and they must agree. `IA` of a row with
+a `ratio` in TOML is that of the rotor's own axis: SYMORO, which skips the ratio, needs ratio^2 IA there. In texts `*)`
+is written `*\\u0029`.
 
 Lines `(*! key = value *)`, which earlier versions wrote, are still read; writing the machine turns them into TOML.
 

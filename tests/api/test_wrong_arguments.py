@@ -42,6 +42,10 @@ def test_what_may_be_meant() -> None:
         se.trade(MACHINE, quick=True)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match=r"^response\(\) got .*'frequency'; did you mean 'frequencies'\?$"):
         se.response(MACHINE, frequency=1.0)  # type: ignore[call-arg]
+    with pytest.raises(
+        TypeError, match=r"^certify\(\) takes models by place, after machine: give them without a name$"
+    ):
+        se.certify(MACHINE, models=["inverse_dynamics"])  # type: ignore[call-arg]
     with pytest.raises(TypeError, match=r"^identify\(\) is called without records$"):
         se.identify(MACHINE)  # type: ignore[call-arg]
     with pytest.raises(se.InputError, match="point: dict is not an operating point: give other arguments by name"):

@@ -324,6 +324,17 @@ def test_a_base_that_floats_comes_before_the_bodies() -> None:
     assert len(rows(the_same_after_writing(machine), "M")) == 6
 
 
+def test_the_body_of_a_base_about_its_centre_of_mass_survives() -> None:
+    text = (
+        'joints = [{ name = "arm", kind = "motor", sigma = 0, theta = "q" }]\n[base]\nfloating = "quaternion"\n'
+        "body = { mass = 3, center_of_mass = [0.2, 0, 0], inertia = [1, 2, 3] }\n"
+    )
+    written = the_same_after_writing(toml.read(text, ""))
+    assert rows(written, "M") == ["3", "0"]
+    with pytest.raises(InputError, match=r"base, body: does not agree with the lists XX to M"):
+        par.read(written.replace("center_of_mass = [0.2", "center_of_mass = [0.3"), "")
+
+
 # Couplings: cells with the variables of other joints.
 
 

@@ -18,3 +18,9 @@ def test_offsets_are_written_with_their_sign(offset: str, shown: str) -> None:
         joint = Joint("one", 0, Kind.MOTOR, sigma, "q", **{key: Formula.parse(offset), "alpha": Formula.parse("Pi/2")})
         cells = {head: list(cells) for head, cells in machine_table(Machine("m", (joint,))).columns}
         assert cells[key] == [shown] and cells["alpha"] == ["pi/2"]
+
+
+def test_motors_are_shown_as_the_joint_feels_them() -> None:
+    ratio, rotor = Formula.parse("N"), Formula.parse("2e-4")
+    joint = Joint("one", 0, Kind.MOTOR, 1, "q", rotor_inertia=rotor, ratio=ratio)
+    assert dict(machine_table(Machine("m", (joint,)), with_units=True).columns)["joint"] == ("Ia = N^2*2e-4 kg",)

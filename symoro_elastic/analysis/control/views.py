@@ -102,7 +102,7 @@ declare(
 @parts_of.register
 def _(lobes: Lobes) -> list[Part]:
     """Return the deepest stable cuts, and what limits the least one."""
-    heads = ("position", "stable at all speeds", "waves at, Hz", "best speed", "stable there")
+    heads = ("position", "stable at all speeds", "waves at, Hz", "best speed, 1/min", "stable there")
     table = Table(heads, title=lobes.machine)
     for place in lobes.places:
         depths = place.depths if place.periodic is None else place.periodic

@@ -101,7 +101,7 @@ def _(found: Simulation) -> list[Part]:
     title = f"{found.reference.machine.name}: {found.reference.prescribed.place}, {found.motion.t[-1]:g} s"
     if found.is_exact:
         said = (
-            f"every joint is a motor that follows exactly: torques of the inverse model at {len(found.motion.t)} times"
+            f"motors that follow exactly move every joint: torques of the inverse model at {len(found.motion.t)} times"
         )
         return [title, said, _motors_table(found), *_lines(found)]
     return [table_of(Simulation, [found], title), _errors_table(found), _motors_table(found), *_lines(found)]
@@ -238,8 +238,8 @@ def _lines(found: Simulation) -> list[str]:
 def _not_driven(found: Simulation) -> list[str]:
     """Return that the drives of the file have no part in a motion, where it has any."""
     driven = {} if found.reference.drives else drives_of(found.reference.machine).by_motor
-    way = "follow exactly" if found.reference.servo is None else "have the servos of the motion"
-    return [f"{', '.join(driven)} {way}: [drives] are not simulated"] if driven else []
+    way = "exact motions" if found.reference.servo is None else "the servos of the motion"
+    return [f"[drives] are not simulated: {', '.join(driven)} with {way}"] if driven else []
 
 
 def _creeping(found: Simulation) -> list[str]:

@@ -87,7 +87,7 @@ def state_json(linear: Linearization) -> dict[str, Any]:
 def state_lines(linear: Linearization) -> list[str]:
     """Return lines with the position of the machine and the torques that hold it."""
     motion, state = linear.motion, linear.state
-    at = [f"{motion.names[k]} at {state.q[k]:g}" for k in motion.motors]
+    at = [f"{motion.names[k]} at {state.q[k]:g} {motion.joints[k].unit}" for k in motion.motors]
     scale = max(float(np.abs(state.tau).max(initial=0.0)), _weight(linear))
     tau = [_cleared(x, scale) for x in state.tau]
     motors = zip(motion.machine.motor_joints, state.torques, strict=True)
@@ -100,7 +100,9 @@ def state_lines(linear: Linearization) -> list[str]:
     lines += [f"carried by {', '.join(carrying)}"] if carrying else []
     if sag and np.abs(state.q[sag]).max() > 0:
         most = max(sag, key=lambda k: abs(state.q[k]))
-        lines.append(f"largest of the other positions: {motion.names[most]} {state.q[most]:.4g}")
+        lines.append(
+            f"largest of the other positions: {motion.names[most]} {state.q[most]:.4g} {motion.joints[most].unit}"
+        )
     return lines
 
 
@@ -190,8 +192,12 @@ def _limit(modal: Modes, first: int, which: str) -> list[str]:
     if len(sharing) > 1:
         return [f"{said} {_most(whole, 0)} of its strain energy"]
     name, share = whole.largest(0)
-    springs = [x for p, x, _ in slopes.strongest(first, len(slopes.parameters)) if p == f"{name}.stiffness" and x > 0]
-    gain = [f"1 % more {name}.stiffness raises it by {x:.2g} %" for x in springs if name != GRAVITY_AND_LOADS]
+    stiffnesses = {
+        f"{joint.name}.stiffness": str(joint.spring.stiffness) for joint in modal.linear.motion.machine.joints
+    }
+    known = (f"{name}.stiffness", stiffnesses.get(f"{name}.stiffness"))
+    springs = [(p, x) for p, x, _ in slopes.strongest(first, len(slopes.parameters)) if p in known and x > 0]
+    gain = [f"1 % more {p} raises it by {x:.2g} %" for p, x in springs if name != GRAVITY_AND_LOADS]
     return [f"{said} {name} ({share:.0%} of its strain energy)", *gain]
 
 

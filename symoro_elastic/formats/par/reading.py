@@ -177,7 +177,10 @@ class ParTable:
         beside = self.block.table(section).table(name).entries
         if section != "bodies" or not beside:
             return self._merged(own, beside, self.columns.place(j, section))
-        place = self.columns.place(j, "bodies")
+        return self._agreeing(own, beside, self.columns.place(j, "bodies"))
+
+    def _agreeing(self, own: Entries, beside: Mapping[str, Any], place: str) -> Entries:
+        """A body about its centre of mass, which is that of the lists, too."""
         written = body_of(Table({"mass": own.get("mass", 0), **beside}, self.source, place))
         listed_ = body_of(Table(own, self.source, place))
         try:
@@ -185,11 +188,8 @@ class ParTable:
         except FormulaError as error:
             raise InputError(self.source, place, str(error)) from None
         if not agree:
-            raise InputError(
-                self.source,
-                place,
-                "does not agree with the lists XX to M: change both, or remove the entry in [bodies]",
-            )
+            what = "does not agree with the lists XX to M: change both, or remove the one beside them"
+            raise InputError(self.source, place, what)
         return {"mass": own.get("mass", "0"), **beside}
 
     def _merged(self, own: Entries, beside: Mapping[str, Any], place: str) -> Entries:
@@ -231,6 +231,9 @@ class ParTable:
         floating, known = beside.pop("floating", "rotation"), self.columns.known_of_base.value
         if beside.pop("known", known) != known:
             raise InputError(self.source, "base, known", "differs from that of is_floating, is_mobile: leave it out")
+        if "body" in beside:
+            body = self._agreeing(body, self.block.table("base").table("body").entries, "base, body")
+        beside.pop("body", None)
         return {**self._merged({**own, "body": body}, beside, "base"), "floating": floating, "known": known}
 
     def _extras(self) -> Entries:

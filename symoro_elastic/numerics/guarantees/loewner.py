@@ -36,10 +36,10 @@ def schur_complements(A: Interval, joints: Sequence[int], entry: int) -> Interva
     """
     rows = np.ix_(joints, joints)
     low, high = (np.moveaxis(end[rows], -1, 0) for end in (A.low, A.high))
-    middle = low / 2 + high / 2
-    radius = np.maximum(high - middle, middle - low) * (1 + 4 * U)
     k = list(joints).index(entry)
     with np.errstate(all="ignore"):
+        middle = low / 2 + high / 2
+        radius = np.maximum(high - middle, middle - low) * (1 + 4 * U)
         scale = 1 / np.sqrt(np.diagonal(middle, axis1=1, axis2=2))
         spread = np.einsum("bik,bk->bi", radius, scale) / scale * (1 + 8 * len(joints) * U)
         found = [_bounds(middle[b], spread[b], scale[b], k) for b in range(len(middle))]

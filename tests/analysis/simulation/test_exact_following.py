@@ -64,7 +64,7 @@ def test_the_command_writes_and_draws_it(tmp_path: Path, monkeypatch: pytest.Mon
     )
     asked = ("simulate", ARM, "--scene", "move.toml")
     out = run(*asked, "--step", "0.01", "--out", "move.csv", "--plots", "plots").stdout
-    assert "every joint is a motor that follows exactly" in out and "largest power, W" in out and "J put in" in out
+    assert "motors that follow exactly move every joint" in out and "largest power, W" in out and "J put in" in out
     header, *rows = Path("move.csv").read_text().splitlines()
     assert len(rows) == 101
     columns = dict(zip(header.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
