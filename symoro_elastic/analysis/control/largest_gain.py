@@ -1,11 +1,11 @@
 """The largest gain that keeps a distance from instability: exact at each frequency, without a search over gains.
 
 With an open loop of which 1 + L = a + k b, the distance |a + k b| >= modulus is a quadratic in k: each frequency
-forbids an interval of k. What is left between the intervals of all frequencies are gaps; the largest gain is the upper
-end of the lowest gap in which the closed loop is stable, the least lower end of the intervals above it. Above it other
-stable gaps may exist: it is the largest from below. Where the gap above all intervals is stable and the last frequency
-forbids none, as of velocity loops without dead time and lag, nothing limits the gain, though an integral part or
-friction may require a least one.
+forbids an interval of k. What is left between the intervals of all frequencies are gaps. Of the lowest ones in which
+the closed loop is stable, one after the other, the last one counts: an integral part may forbid gains between two of
+them, at which the loop is stable, too. Its upper end, the least lower end of the intervals above it, is the largest
+gain. Above the first gap that is not stable others may be: it is the largest from below. The gap above all intervals
+counts where the last frequency forbids no gain, as of velocity loops without dead time and lag: nothing limits it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ polynomial may be taken."""
 FLAT, SAME, NEWTON = 1e-4, 1e-13, 8
 """Of the least value: what its neighbours may be above it where a polynomial is taken, and what rounding is; steps."""
 LEAST = 1e-12
-"""Of the largest lower end, below which a gain is nothing."""
+"""Relative width of a gap below which it is none."""
 
 
 @dataclass(frozen=True)
@@ -76,13 +76,26 @@ def largest_gain(
     loop changes fast.
     """
     low, high = forbidden(*terms(frequencies), modulus)
-    *between, (top, _) = gaps(low, high)
-    if np.isnan(high[-1]) and is_stable(2 * top or 1.0):
+    *between, top = gaps(low, high)
+    above = None
+    for lower, upper in [*between, *([top] if np.isnan(high[-1]) else [])]:
+        if upper > (1 + LEAST) * lower:
+            if is_stable(_inside(lower, upper)):
+                above = lower
+            elif above is not None:
+                break
+    if above is None:
+        return None
+    if above == top[0]:
         return LargestGain(np.inf, np.nan)
-    for lower, upper in between:
-        if upper - lower > LEAST * upper and is_stable(np.sqrt(lower * upper) or upper / 2):
-            return _refined(terms, frequencies, low, modulus, lower)
-    return None
+    return _refined(terms, frequencies, low, modulus, above)
+
+
+def _inside(lower: float, upper: float) -> float:
+    """Return a gain in a gap."""
+    if upper == np.inf:
+        return 2 * lower or 1.0
+    return float(np.sqrt(lower * upper)) or upper / 2
 
 
 def _refined(

@@ -64,6 +64,13 @@ def test_an_integral_part_requires_a_least_gain_and_limits_none() -> None:
     assert velocity.largest is not None and velocity.largest.gain == np.inf
 
 
+def test_gains_below_those_that_an_integral_part_forbids_are_not_the_largest() -> None:
+    """Friction makes small gains stable, too; between both gaps the loop is stable, but nearer to instability."""
+    with_friction = drive(Kv=20, Tn=0.03) | {"friction": {"motor": {"viscous": 1e-3}}}
+    (found,), (without,) = (se.control(one).cascades for one in (with_friction, drive(Kv=20, Tn=0.03)))
+    assert found.Kp == pytest.approx(without.Kp, rel=1e-2) and found.Kp > 1
+
+
 # A motor, a spring, a load: in closed form, 40 digits
 
 
