@@ -159,7 +159,7 @@ class SweptControl(SweptVibration):
         """Return the unit of a figure."""
         from symoro_elastic.analysis.control.figures import unit_of
 
-        return unit_of(figure)
+        return unit_of(figure, self.motion.given)
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,8 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 from symoro_elastic.numerics.motion.signals import output_unit
 
+ROUNDING = 1e-12
+"""Of the peak of a compliance, below which the one at rest is that of an integral part: zero."""
 EDGE = 2**-0.5
 
 
@@ -89,7 +91,7 @@ class AxisControl:
 
 @dataclass(frozen=True)
 class Compliance:
-    """The displacement of an output by a force there: at rest, and its peak with its frequency, Hz."""
+    """The displacement of an output by a force there: at rest, and its peak with its frequency, Hz; NaN without one."""
 
     output: str
     static: float
@@ -235,11 +237,18 @@ def _compliance(
     plant: Plant, loop: ClosedLoop, cascades: Sequence[Cascade], name: str, frequencies: Array
 ) -> Compliance:
     row = position_row(plant.linear, name)
-    turns = output_unit(plant.linear.motion.given, name) == "rad"
 
     def magnitude(f: Array) -> Array:
         found: Array = np.abs(plant.response(laplace(f), cascades, row, row))
         return found
 
     lowest, frequency = least(lambda f: -magnitude(f), frequencies)
-    return Compliance(name, loop.static_compliance(row, row), -lowest, frequency, "rad/(N m)" if turns else "m/N")
+    peak, static = -lowest, loop.static_compliance(row, row)
+    unit = unit_of_compliance(plant.linear.motion.given, name)
+    at_rest = static if abs(static) > ROUNDING * peak else 0.0
+    return Compliance(name, at_rest, peak, frequency if peak else np.nan, unit)
+
+
+def unit_of_compliance(machine: Machine, output: str) -> str:
+    """Return the unit of the displacement of an output by a force there."""
+    return "rad/(N m)" if output_unit(machine, output) == "rad" else "m/N"

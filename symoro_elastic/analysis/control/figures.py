@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symoro_elastic.analysis.control.control import AxisControl, Control
+from symoro_elastic.analysis.control.control import AxisControl, Control, unit_of_compliance
 from symoro_elastic.analysis.control.loops import Margins
+from symoro_elastic.machine.machine import Machine
 
 
 def control_figures(control: Control) -> dict[str, float]:
@@ -37,6 +38,9 @@ UNITS = {"phase": "deg", "bandwidth": "Hz", "peak_frequency": "Hz", "growth": "1
 """Of a figure, by what its name ends with; compliances and gains have that of their output and axis."""
 
 
-def unit_of(figure: str) -> str:
-    """Return the unit of a figure by its name; empty where it has none, or one of its own."""
+def unit_of(figure: str, machine: Machine) -> str:
+    """Return the unit of a figure of a machine by its name; empty where it has none, or one of its own."""
+    output, _, name = figure.rpartition(": ")
+    if name in ("at_rest", "peak"):
+        return unit_of_compliance(machine, output)
     return next((unit for end, unit in UNITS.items() if figure.endswith(end)), "")

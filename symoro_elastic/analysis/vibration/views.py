@@ -43,7 +43,7 @@ from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.numerics.motion.hover import thrusts_of
 
 LEAST_SHARE = 0.1
-MOST_LISTED = 3
+MOST_LISTED, LEAST_LISTED = 3, 0.005
 ROUNDING = 1e-12
 """Of the numbers from which another is computed; what is smaller is printed as zero."""
 LEAST_LOSS = 1e-12
@@ -145,7 +145,8 @@ def _by(slopes: Sensitivity, mode: int) -> str:
     first = slopes.sharing(mode)[0]
     if first != mode:
         return f"see mode {first + 1}"
-    shown = [(name, f"{low:+.2f}", f"{high:+.2f}") for name, low, high in slopes.strongest(mode, MOST_LISTED)]
+    strongest = (row for row in slopes.strongest(mode, MOST_LISTED) if max(map(abs, row[1:])) >= LEAST_LISTED)
+    shown = [(name, f"{low:+.2f}", f"{high:+.2f}") for name, low, high in strongest]
     return ", ".join(f"{name} {low if low == high else f'{low} to {high}'}" for name, low, high in shown) or "-"
 
 

@@ -258,3 +258,21 @@ def test_what_has_no_meaning_is_refused(changes: Any, options: Any, place: str, 
 def test_a_machine_without_drives_says_how_to_write_them() -> None:
     with pytest.raises(InputError, match=r"drives: no motor has one: write motor = \{ Kv = \"tuned\""):
         se.control({**drive(), "drives": {}})
+
+
+def test_an_integral_part_leaves_no_compliance_at_rest_and_a_plane_none_across() -> None:
+    """One that is computed as rounding is zero; a peak of zero is at no frequency."""
+    gravity = {"gravity": [0, -9.81, 0]}
+    arm = {
+        "joints": [
+            {"name": "arm", "kind": "motor", "sigma": 0, "theta": "q1"},
+            {"name": "tip", "kind": "fixed", "d": 1},
+        ]
+    }
+    body = {"bodies": {"arm": {"mass": 1, "center_of_mass": [0.5, 0, 0], "inertia": [0.1, 0.1, 0.1]}}}
+    drives = {"drives": {"arm": {"Kv": 10, "Kp": 2, "Tn": 0.05, "dead_time": 1e-4}}}
+    of = ["tip.y", "tip.z"]
+    y, z = se.control(gravity | arm | body | drives, compliances=of).places[0].compliances
+    assert y.static == 0 < y.peak and z.static == z.peak == 0 and np.isnan(z.frequency)
+    swept = se.sweep(gravity | arm | body | drives, over={"arm.mass": [1, 2]}, of="control", outputs=["tip.y"])
+    assert swept.units["tip.y: peak"] == "m/N"
