@@ -80,5 +80,5 @@ def _computed(planned: Plan, out: str | None) -> Sweep:
             return planned.run(Path(f"{out}{JOURNAL}") if out else None, note, progress)
     except KeyboardInterrupt:
         kept = f"{out}{JOURNAL} keeps what was computed: give the command again to go on"
-        note(f"interrupted, {kept if out else 'nothing was written'}")
+        note(f"interrupted, {kept if out and Path(out + JOURNAL).exists() else 'nothing was written'}")
         raise

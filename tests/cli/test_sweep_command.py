@@ -126,3 +126,6 @@ def test_an_interrupted_sweep_says_where_its_points_are(monkeypatch: pytest.Monk
     found = ended(*over)
     assert found.code == 0 and "note: 2 of 4 points were computed before and are kept" in found.err
     assert len(calls) == 5 and Path("a.csv").exists() and not Path("a.csv.journal").exists()
+    calls[:] = [{}, {}]
+    found = ended(*over[:-1], "b.csv")
+    assert "note: interrupted, nothing was written" in found.err and not Path("b.csv.journal").exists()

@@ -45,11 +45,8 @@ def advice(
     for model, measurements in measured.items():
         if fastest_within(measurements, tolerance, with_fast_math) is None:
             nearest = most_accurate(measurements, with_fast_math)
-            what = f"none of the ways tried to compute {model} keeps {_promise(tolerance)}: "
-            found = (
-                f"{nearest.bound:.1e}" if math.isfinite(nearest.bound) else "without a bound (measure at more --states)"
-            )
-            what += f"nearest is {found}, with "
+            what = f"none of the ways tried to compute {model} keeps {_promise(tolerance)}: nearest is "
+            what += f"{_nearest(nearest, tolerance)}, with "
             raise InputError(source, "--tolerance", what + nearest.configuration.words)
     every = [one for measurements in measured.values() for one in measurements]
     models = list(measured)
@@ -60,6 +57,14 @@ def advice(
     single = [one for one in every if one.configuration.call == SINGLE_CALL]
     batch = fastest[0].configuration.call == BATCH
     return Advice(tolerance, fastest, _of_one_build(single, models, tolerance, with_fast_math) if batch else ())
+
+
+def _nearest(one: Measurement, tolerance: float) -> str:
+    """Return a bound that is above a tolerance; what was measured, where only that is within it."""
+    if not math.isfinite(one.bound):
+        return "without a bound (measure at more --states)"
+    within = f" (worst of {one.errors.judged} states {one.error:.1e}: measure at more --states)"
+    return f"{one.bound:.1e}{within if one.error <= tolerance else ''}"
 
 
 def _of_one_build(
