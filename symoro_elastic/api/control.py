@@ -107,14 +107,12 @@ def _states(
     along: Mapping[str, Sequence[float]], at: Mapping[str, float], motion: EquationsOfMotion
 ) -> list[tuple[dict[str, float], State]]:
     """Return the equilibria at all positions of a grid, with these; at the given one where there is no grid."""
-    from symoro_elastic.analysis.vibration.tracking import refuse_grid, refuse_unheld
+    from symoro_elastic.analysis.vibration.tracking import refuse_grid, refuse_twice, refuse_unheld
     from symoro_elastic.numerics.motion.equilibrium import equilibrium
 
     if along:
         refuse_grid([len(positions) for positions in along.values()], motion.source)
         refuse_unheld(motion, [*along], {})
-    for name in along:
-        if name in at:
-            raise InputError(motion.source, "--along", f"{name} is at {at[name]:g} by --at: remove one of the two")
+    refuse_twice(motion, along, at)
     places = [dict(zip(along, place, strict=True)) for place in product(*along.values())] if along else [dict(at)]
     return [(place, equilibrium(motion, {**at, **place})) for place in places]

@@ -64,15 +64,13 @@ def _kinds() -> list[str]:
 @click.option("--brief", is_flag=True, help="Leave out comments, and the tables and keys that are not needed.")
 @click.option(
     "--kind",
-    default="arm",
-    show_default=True,
     metavar="NAME",
     shell_complete=completed_from(_kinds),
-    help="Machine to start from: arm, cartesian, elastic (a drive with a spring), floating (a flying base), linkage "
-    "(a gear and a closed loop).",
+    help="Machine to start from: arm (default), cartesian, elastic (a drive with a spring), floating (a flying base), "
+    "linkage (a gear and a closed loop).",
 )
 @writes
-def new(name: str | None, kind: str, brief: bool, example: Path | None) -> None:
+def new(name: str | None, kind: str | None, brief: bool, example: Path | None) -> None:
     """Write all tables and keys, those that are not needed as comments.
 
     With --example the file is a copy of an example.
@@ -81,8 +79,12 @@ def new(name: str | None, kind: str, brief: bool, example: Path | None) -> None:
     from symoro_elastic.formats.toml.starting import STARTS, starting_text
     from symoro_elastic.generation.pipeline import refuse_name
 
-    among((kind,), [*STARTS], "--kind")
+    if kind is not None:
+        among((kind,), [*STARTS], "--kind")
     if example:
+        for option, given in (("--kind", kind), ("--brief", brief)):
+            if given:
+                raise InputError("symoro-elastic", option, "an example is copied as it is: leave it out, or --example")
         path = Path(name or example.name)
         write_text(load_text(example), str(path))
         is_scene = example.parent.name == SCENES_FOLDER
@@ -92,7 +94,7 @@ def new(name: str | None, kind: str, brief: bool, example: Path | None) -> None:
         raise InputError("symoro-elastic", "NAME", "name the file, or an example with --example")
     path = Path(name)
     refuse_name(path.stem, "NAME")
-    write_text(starting_text(path.stem, kind, brief), str(path))
+    write_text(starting_text(path.stem, kind or "arm", brief), str(path))
     click.echo(f"wrote {path}: symoro-elastic generate {path}")
 
 

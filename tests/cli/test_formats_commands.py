@@ -63,6 +63,8 @@ def test_examples_are_copied(name: str, tmp_path: Path, monkeypatch: pytest.Monk
     assert (tmp_path / source.name).read_bytes() == source.read_bytes()
     assert (tmp_path / f"mine{source.suffix}").read_bytes() == source.read_bytes()
     assert "exists already" in refused("new", "mine", "--example", name)
+    assert "--brief: an example is copied as it is" in refused("new", "other", "--example", name, "--brief")
+    assert "--kind: an example is copied as it is" in refused("new", "other", "--example", name, "--kind", "arm")
 
 
 def test_examples_are_named_where_one_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -200,6 +200,7 @@ REFUSED = {
     "--along motor_y=0:1": "--along: 'motor_y=0:1': give LOW:HIGH:COUNT",
     "--along motor_y=0:1:20000": "--along: 20000 positions",
     "--along motor_y=0:1:3 --as-given": "--along: modes along positions are those of equilibria",
+    "--along motor_y=0:1:3 --at motor_y=1": "--along: motor_y is at 1 by --at: remove one of the two",
     "--at motor_x=nan": "--at: 'motor_x=nan' is not NAME=NUMBER: nan is not finite",
     "--torque motor_x=1e300": "two_axis.toml: --torque: motor_x=1e+300 is out of range",
     "--value D4=nan": "--value: 'D4=nan' is not NAME=NUMBER: nan is not finite",

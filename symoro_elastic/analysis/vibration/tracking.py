@@ -7,7 +7,7 @@ only the subspace counts, and its shapes are turned to those they are paired wit
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
@@ -91,6 +91,7 @@ def over_grid(
     numbers = MATRICES * math.prod(lengths) * len(motion.joints) ** 2
     refuse_numbers(numbers, what, motion.source, ALONG, "give fewer positions")
     refuse_unheld(motion, joints, torques or {})
+    refuse_twice(motion, joints, at or {})
     if len({motion.index(name, ALONG) for name in joints}) < len(joints):
         raise InputError(motion.source, ALONG, f"{' and '.join(joints)} are the same joint: name each once")
     positions = np.array(list(product(*grid.values())), dtype=float)
@@ -119,6 +120,15 @@ def refuse_unheld(
         if motion.index(name, option) not in motion.motors or name in torques:
             what = f"{name} is not held, so its position is that of the equilibrium: give motors instead"
             raise InputError(motion.source, option, what)
+
+
+def refuse_twice(motion: EquationsOfMotion, joints: Iterable[str], at: Mapping[str, float]) -> None:
+    """Raise `InputError` for a joint of a grid whose position is given besides."""
+    given = {motion.index(name, "--at"): x for name, x in at.items()}
+    for name in joints:
+        x = given.get(motion.index(name, ALONG))
+        if x is not None:
+            raise InputError(motion.source, ALONG, f"{name} is at {x:g} by --at: remove one of the two")
 
 
 def refuse_grid(lengths: Sequence[int], source: str) -> None:
