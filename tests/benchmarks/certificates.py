@@ -2,6 +2,7 @@
 
     python -m tests.benchmarks.certificates [--states 1000000] [--machines NAME ...] [--sub-boxes 64] [--polynomials]
         [--held-out] [--form inertia] [--boxes ...] [--models ...]
+    OPENBLAS_NUM_THREADS=1 python -m tests.benchmarks.certificates --within
 
 Each machine has its models certified in double and single precision, in its whole box (full turns, 0.4 m, 2 rad/s,
 5 rad/s2, 50 N m; springs bent by 0.01 rad or 2 mm) and in a moderate one (a fifth of it). A row says how many results
@@ -9,6 +10,9 @@ have a proven error, how many times it is above the worst error that was found (
 95 % bound, and the time of the certificate; where a result has no proven error, what is said instead. A table by class
 of machine ends it. More than 20 000 states are computed by generated C, beside C in a wider type. Bounds that are
 exceeded are listed as they are found, and the run fails.
+
+`--within` says what a search for terms that may be left out takes, in seconds of one processor: looking for them and
+climbing to the worst states (search), bounds on all states (proof), and a million states that no search has seen.
 """
 
 from __future__ import annotations
@@ -16,7 +20,9 @@ from __future__ import annotations
 import argparse
 import itertools
 import math
+import re
 import time
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -27,13 +33,17 @@ import numpy as np
 import symoro_elastic as se
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.foundation.errors import InputError
-from symoro_elastic.generation.pipeline import certificates, programs
+from symoro_elastic.generation.pipeline import certificates, prepare_machine, programs
+from symoro_elastic.generation.reduced import reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import INERTIA, RECURSION, Scene
+from symoro_elastic.machine.within import ALL_RESULTS, Guaranteed, Keep, Within
+from symoro_elastic.machine.within import tolerance as tolerance_of
 from symoro_elastic.numerics.guarantees.certificate import Certificate
 from symoro_elastic.numerics.guarantees.certificates import Effort
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.numerics.guarantees.wording import divisors, overflow
 from symoro_elastic.numerics.values import parameter_values
 from tests.benchmarks.attack_in_c import attack_in_c
@@ -51,6 +61,21 @@ LOOPS_OF_EXAMPLES = ("closed_chain", "four_bar", "gantry", "sr400", "slider_cran
 CLOSED = ("geared_6r", "gantry", "sr400", "five_bar", "palletizer", "coupled_wrist")
 """Of the held-out machines."""
 Counts: TypeAlias = tuple[int, int]
+SEARCHED = (
+    ("puma560_measured.toml", "inverse_dynamics", "1 %", "proven"),
+    ("puma560_measured.toml", "inverse_dynamics", "0.3 %", "proven"),
+    ("puma560_measured.toml", "inverse_dynamics", "1 %", "confident"),
+    ("rx90.par", "inverse_dynamics", "1 %", "confident"),
+    ("two_axis.toml", "direct_dynamics", "0.1 %", "proven"),
+    ("ball_screw.toml", "direct_dynamics", "1 %", "proven"),
+    ("flex4.par", "direct_dynamics", "1 %", "confident"),
+    ("sr400.par", "inverse_dynamics", "1 %", "confident"),
+    ("gantry.toml", "direct_dynamics", "1 %", "confident"),
+    ("puma560_measured.toml", "direct_dynamics", "1 %", "confident"),
+)
+"""Machine, model, tolerance and guarantee of searches that are timed."""
+GROUPED = ("puma560_measured.toml", "rx90.par")
+"""Whose base parameters are used."""
 
 
 def machines() -> Iterator[tuple[str, Machine]]:
@@ -142,6 +167,36 @@ def print_table(
         print(f"| {' | '.join(key)} | {proven} of {of} | {least_median_largest(flat)} |")
 
 
+class Stages:
+    """Processor times of the stages of a search, as it announces them."""
+
+    def __init__(self) -> None:
+        self.seconds: defaultdict[str, float] = defaultdict(float)
+        self._stage, self._began = "", time.process_time()
+
+    def begin(self, stage: str) -> None:
+        now = time.process_time()
+        self.seconds[re.split("[,:]", self._stage)[0]] += now - self._began
+        self._stage, self._began = stage, now
+
+
+def print_searches() -> None:
+    """What each search takes, in the limits of the file or else of these tests."""
+    print("machine, model, tolerance, guarantee | operations, whole | left | search, s | proof, s | unseen, s")
+    for name, model, tolerance, guaranteed in SEARCHED:
+        machine = DescribedMachine.of(with_values(se.read(EXAMPLES / name)))
+        machine = machine if machine.limits else replace(machine, limits=limits_of_test(machine))
+        within = Within({ALL_RESULTS: tolerance_of(tolerance)}, Keep.TERMS, Guaranteed(guaranteed))
+        stages = Stages()
+        scene = Scene((model,), within=within)
+        base = prepare_machine(machine, lambda line: None, base=name in GROUPED)
+        _, (found,) = reduced_models(base, scene, programs, [ROUNDINGS["double"]], announce=stages.begin)
+        stages.begin("")
+        whole, left = found.operations
+        times = " | ".join(f"{stages.seconds[stage]:.1f}" for stage in ("leave out", "prove", "look at unseen states"))
+        print(f"{name}, {model}, {tolerance}, {guaranteed} | {whole} | {left} | {times}", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--states", type=int, default=20_000)
@@ -152,7 +207,11 @@ def main() -> None:
     parser.add_argument("--boxes", nargs="*", default=[*BOXES])
     parser.add_argument("--models", nargs="*", default=[*MODELS])
     parser.add_argument("--form", choices=(RECURSION, INERTIA), default=RECURSION, help="of direct models")
+    parser.add_argument("--within", action="store_true", help="time searches for terms that may be left out")
     options = parser.parse_args()
+    if options.within:
+        print_searches()
+        return
     effort = Effort(options.sub_boxes, polynomials=options.polynomials)
     rows: dict[tuple[str, str, str], list[list[float]]] = {}
     counts: dict[tuple[str, str, str], Counts] = {}

@@ -187,6 +187,7 @@ class Judges:
             self.watched("prove")
             trial.apply(self.bound)
         if (trial.judged() <= 1).all():
+            self.watched("look at unseen states")
             return trial.too_large_unseen(self.states, self.confident)
         return None
 

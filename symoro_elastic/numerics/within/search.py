@@ -132,10 +132,10 @@ class Search:
         """Candidates that are possible, with their largest effects, by effect for each operation saved."""
         found = []
         for number, change in enumerate(self._candidates):
-            saved = live.saved_by(change) if change not in self._refused and live.is_possible(change) else 0
-            if saved > 0:
+            if change not in self._refused and live.is_possible(change):
                 size = largest(effects.of(change))
-                if size <= most:
+                saved = live.saved_by(change) if size <= most else 0
+                if saved > 0:
                     found.append((size / saved, number, change, size))
         return [(change, size) for _, _, change, size in sorted(found)]
 
