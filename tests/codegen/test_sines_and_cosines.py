@@ -103,7 +103,8 @@ def test_within_its_bound(kind: str, flags: tuple[str, ...], tmp_path: Path) -> 
     with mpmath.workdps(60):
         for function, values in zip((mpmath.sin, mpmath.cos), found, strict=True):
             exact = [function(mpmath.mpf(float(v))) for v in x]
-            unit = np.spacing(np.array([abs(float(v)) for v in exact], DTYPE[kind]))
+            below = np.nextafter(DTYPE[kind](1), DTYPE[kind](0))
+            unit = np.spacing(np.minimum(np.array([abs(float(v)) for v in exact], DTYPE[kind]), below))
             off = [
                 abs(float((mpmath.mpf(float(v)) - e) / float(u))) for v, e, u in zip(values, exact, unit, strict=True)
             ]

@@ -10,7 +10,7 @@ where x_j is an axis of order m_j with N_j points. *Proof.* The first part are t
 Cauchy. Each |c|_k is the largest of linear combinations of its coefficients, so S is the largest of a family of fixed
 linear combinations of polynomials of x, which are polynomials of the same orders: lemma 4 holds for it (`axes.py`).
 
-Few x are enough: those for which the sum falls most, as a sample of the f_i shows, and as many as work allows.
+Few x are enough: those for which the sum falls most, as a sample of the f_i shows, and as many as are worth their work.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from symoro_elastic.foundation.array_types import AnyArray
 from symoro_elastic.numerics.guarantees.axes import TURN, Axis
 from symoro_elastic.numerics.guarantees.coefficients import Polynomial
 
-RATIOS = (8, 12, 16)
-"""Points of a grid over the order of the axis: factors of 1.08, 1.04 and 1.02."""
-MOST_WORK = 2.5e9
-"""Values of coefficients on grids."""
-MOST_AXES = 3
+RATIOS = (8, 10, 12, 16)
+"""Points of a grid over the order of the axis: factors of 1.08, 1.05, 1.04 and 1.02."""
+MOST_WORK, PRICE = 5e9, 0.09
+"""Values of coefficients on grids; work that is twice as much has to make a bound smaller by 6 % (2^-0.09)."""
+MOST_AXES = 4
 SINGLE_UNIT = 2.0**-24
 OUTWARDS = 1 + 1e-6
 
@@ -120,11 +120,11 @@ Sample = Sequence[tuple[float, Sequence[AnyArray]]]
 
 
 def best_ratios(axes: Sequence[Axis], sample: Sample, numbers: Mapping[tuple[int, ...], int]) -> Mapping[int, int]:
-    """Return the grid for which a sample has the least bound, within `MOST_WORK`; empty where none has gain.
+    """Return the grid whose bound of a sample is worth its work, within `MOST_WORK`; empty where none has gain.
 
     `numbers` says how many polynomials of each shape are to be added.
     """
-    best, least = {}, _bound_on(axes, {}, sample)
+    best, least = {}, _bound_on(axes, {}, sample) * _work(axes, {}, numbers) ** PRICE
     chosen: dict[int, int] = {}
     for _ in range(min(MOST_AXES, len(axes))):
         more = [chosen | {j: RATIOS[0]} for j, axis in enumerate(axes) if j not in chosen and max(axis.orders)]
@@ -134,8 +134,9 @@ def best_ratios(axes: Sequence[Axis], sample: Sample, numbers: Mapping[tuple[int
         found, chosen = min(tried, key=lambda pair: pair[0])
         for ratio in RATIOS:
             finer = dict.fromkeys(chosen, ratio)
-            bound = found * SumOnGrid(axes, finer).factor / SumOnGrid(axes, chosen).factor
-            if bound < least and _work(axes, finer, numbers) <= MOST_WORK:
+            work = _work(axes, finer, numbers)
+            bound = found * SumOnGrid(axes, finer).factor / SumOnGrid(axes, chosen).factor * work**PRICE
+            if bound < least and work <= MOST_WORK:
                 best, least = finer, bound
     return best
 

@@ -88,7 +88,7 @@ def test_models(name: str, asked: str, half: float, ratio: float, rounding: obje
 
 @pytest.mark.thorough
 @pytest.mark.skipif(not HAS_EXTENDED, reason="no type is wider than double")
-@pytest.mark.parametrize(("scale", "ratio"), [(1.0, 24), (0.2, 20)])
+@pytest.mark.parametrize(("scale", "ratio"), [(1.0, 20), (0.2, 12)])
 def test_a_heavy_arm(scale: float, ratio: float) -> None:
     """The fourth torque of the RX90: the sum of errors is bounded at once, not that of the largest errors."""
     machine = with_values(se.read(EXAMPLES / "rx90.par"))
@@ -142,13 +142,16 @@ def test_beside_fifty_digits() -> None:
 
 
 def test_mixed_and_parameters() -> None:
-    """Angles in double cost less than in single; a parameter that single rounds costs a rounding."""
+    """Angles in double cost less than in single; a parameter that single rounds costs a rounding.
+
+    Sines cost 3/2 units, half a one where they are only narrowed.
+    """
     graph = Graph()
     q, m = graph.symbol("q"), graph.symbol("m", Level.PARAMETER)
     x = m * graph.node(SIN, q)
     box = box_of("q", q=(-PI, PI), m=(0.1, 0.1))
     units = [rounding_bound(x, box, rounding).bound / rounding.u for rounding in (DOUBLE, SINGLE, MIXED)]
-    assert units == pytest.approx([0.3 + 0.0625, 0.3 + 2 * 0.0625, 0.1 + 2 * 0.0625], rel=1e-5)
+    assert units == pytest.approx([0.15 + 0.0625, 0.15 + 2 * 0.0625, 0.05 + 2 * 0.0625], rel=1e-5)
 
 
 def test_a_constant_factor_counts_with_the_value() -> None:
