@@ -54,7 +54,7 @@ from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.operations import COS, SIN, SYMBOL
 
 MOST_NODES = 40_000
-SHARE = 0.98
+SHARE = 0.96
 """Of the first sum, what is bounded together."""
 BELOW_ONE = 0.5
 """The largest power of two below 1."""
@@ -112,7 +112,7 @@ def rounding_bound(root: Operand, box: Box, rounding: Rounding) -> RoundingBound
     if type(root) is not Expression:
         error = float(constant_error(root, rounding))
         return RoundingBound(error, error)
-    (copy,), box = separated([root], box)
+    (copy,), box = separated([root], box, signs=not rounding.is_mixed)
     root = copy if type(copy) is Expression else root
     try:
         found = degrees_of(root, box)

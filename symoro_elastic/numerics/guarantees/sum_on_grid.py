@@ -29,9 +29,9 @@ from symoro_elastic.numerics.guarantees.coefficients import Polynomial
 
 RATIOS = (8, 10, 12, 16)
 """Points of a grid over the order of the axis: factors of 1.08, 1.05, 1.04 and 1.02."""
-MOST_WORK, PRICE = 5e9, 0.09
-"""Values of coefficients on grids; work that is twice as much has to make a bound smaller by 6 % (2^-0.09)."""
-MOST_AXES = 4
+MOST_WORK, PRICE = 5e9, 0.05
+"""Values of coefficients on grids; work that is twice as much has to make a bound smaller by 3 % (2^-0.05)."""
+MOST_AXES = 3
 SINGLE_UNIT = 2.0**-24
 OUTWARDS = 1 + 1e-6
 

@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symoro_elastic.numerics.arrays import EXTENDED, arithmetic
+from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, arithmetic
 from symoro_elastic.numerics.guarantees.grid import largest, value_at
 from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
-from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
-from symoro_elastic.numerics.guarantees.separated import OUTSIDE, separated
+from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Rounding
+from symoro_elastic.numerics.guarantees.separated import OF_SIGN, OUTSIDE, separated
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression, Graph, Operand, reachable
-from symoro_elastic.symbolic.operations import COS, SIN, SYMBOL
+from symoro_elastic.symbolic.operations import COS, SIGN, SIN, SYMBOL
 from tests.numerics.guarantees.attacked import box_of
 from tests.numerics.guarantees.test_polynomial_rounding import measured
 
@@ -114,3 +114,34 @@ def in_mixed(x: Operand, states: dict[str, np.ndarray]) -> float:
     narrow = {name: v.astype(np.float32) for name, v in states.items()}
     found = evaluate([x], narrow, arithmetic(np.float32), known)(x)
     return float(np.abs(found.astype(EXTENDED) - exact).max())
+
+
+def rubbing(graph: Graph) -> Operand:
+    """c sign(v) + m v v sin(q) - d v."""
+    q, v = graph.symbol("q"), graph.symbol("v")
+    return 5.3 * graph.node(SIGN, v) + 1.9 * v * v * graph.node(SIN, q) - 0.7 * v
+
+
+@pytest.mark.skipif(not HAS_EXTENDED, reason="no type is wider than double")
+@pytest.mark.parametrize(("rounding", "precision"), [(DOUBLE, np.float64), (SINGLE, np.float32)])
+def test_signs_of_variables_are_variables(rounding: Rounding, precision: type) -> None:
+    root, box = rubbing(Graph()), box_of("q", q=(-PI, PI), v=(-2.0, 2.0))
+    assert largest(root, box).bound == pytest.approx(5.3 + 1.9 * 4 + 1.4, rel=0.02)
+    found = rounding_bound(root, box, rounding)
+    worst = measured(root, box, 20_000, precision)
+    assert found.reason == "" and worst <= found.bound <= 6 * worst
+
+
+def test_the_sign_of_what_moves_one_way_is_a_number() -> None:
+    one_way = box_of("q", q=(-PI, PI), v=(0.5, 2.0))
+    (_,), wider = separated([rubbing(Graph())], one_way)
+    assert (wider.ranges[f"v{OF_SIGN}"].low, wider.ranges[f"v{OF_SIGN}"].high) == (1.0, 1.0)
+    assert largest(rubbing(Graph()), one_way).bound == pytest.approx(5.3 + 1.9 * 4 - 0.7 * 2, rel=0.08)
+
+
+def test_signs_of_what_is_rounded_are_no_variables() -> None:
+    graph = Graph()
+    v, box = graph.symbol("v"), box_of("", v=(-2.0, 2.0))
+    for root, rounding in ((rubbing(Graph()), MIXED), (3.7 * graph.node(SIGN, 0.3 * v - 0.1), DOUBLE)):
+        found = rounding_bound(root, box_of("q", q=(-PI, PI), v=(-2.0, 2.0)) if rounding is MIXED else box, rounding)
+        assert found.bound == math.inf and found.reason == "a sign of what depends on v"
