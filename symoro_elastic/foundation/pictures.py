@@ -175,6 +175,7 @@ def _figure_class() -> Any:
     """The class of figures: it is drawn in its style wherever that happens, and a notebook shows it."""
     figures = _matplotlib("matplotlib.figure")
     canvas = _matplotlib("matplotlib.backends.backend_agg").FigureCanvasAgg
+    constrained = _matplotlib("matplotlib.layout_engine").ConstrainedLayoutEngine
 
     class ShownFigure(figures.Figure):  # type: ignore[misc, name-defined]
         shades = LIGHT
@@ -184,8 +185,13 @@ def _figure_class() -> Any:
             canvas(self)
 
         def draw(self, renderer: Any) -> None:
+            """Draw, or place the axes only: that is all that `savefig` draws a figure for before it has a layout."""
+            layout = self.get_layout_engine()
             with _styled(style(self.shades), self.shades):
-                super().draw(renderer)
+                if isinstance(layout, constrained) and self.canvas.is_saving():
+                    layout.execute(self)
+                else:
+                    super().draw(renderer)
 
         def _repr_png_(self) -> bytes:
             return picture(self, "png")

@@ -85,9 +85,9 @@ class Formula:
 
         Raises `KeyError` for a name without value, `FormulaError` where there is no finite value.
         """
-        functions = {name: _function_of_floats(name) for name in FUNCTIONS}
+        known = {name: names[name] for name in self.names} if names else {}
         try:
-            result = float(_evaluate(self.tree, {"pi": math.pi, **(names or {})}, functions, lambda exact: exact))
+            result = float(_evaluate(self.tree, {"pi": math.pi, **known}, _OF_FLOATS, lambda exact: exact))
         except (ArithmeticError, ValueError) as error:
             reason = "it divides by zero" if isinstance(error, ZeroDivisionError) else str(error)
             raise FormulaError(f"{self.text!r} has no value: {reason}") from None
@@ -175,6 +175,9 @@ def _tangent(angle: SupportsFloat) -> float:
     if abs(math.cos(x)) <= 2 * math.ulp(x):
         raise ZeroDivisionError
     return math.tan(x)
+
+
+_OF_FLOATS = {name: _function_of_floats(name) for name in FUNCTIONS}
 
 
 def names_in(tree: Tree) -> set[str]:

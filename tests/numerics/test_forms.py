@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.numerics.verification.forms import WITHIN, Choice, chosen_form, fewest_operations, with_form
 from symoro_elastic.numerics.verification.states import States, moderate_states
+from tests.benchmarks.commands import coupled
 from tests.references.random_machines import chain, planar_2r, random_machine
 
 pytestmark = pytest.mark.sampled(5)
@@ -93,6 +95,12 @@ def test_long_chains_are_decided_without_a_trace_of_the_inertia_matrix() -> None
     found = chosen_form(long, DIRECT)
     assert [one.name for one in found.forms] == [RECURSION]
     assert fewest_operations(long) == sum(k * (k + 1) for k in range(40))
+
+
+def test_fewest_operations_are_fewer_than_those_of_chains_with_couplings() -> None:
+    for n in (4, 9, 14):
+        through_the_matrix = trace_scene(coupled(n), replace(DIRECT, form=INERTIA))[0].program.count
+        assert 0 < fewest_operations(coupled(n)) < through_the_matrix.products + through_the_matrix.add
 
 
 def test_the_choice_is_the_same_each_time() -> None:

@@ -178,12 +178,12 @@ class CFunction:
         return found if found.functions else None
 
     def _shares(self, twin: CFunction) -> bool:
-        """Take over what a twin has printed; False where it writes numbers or calls of functions in another way."""
+        """Take over what a twin has printed; False where it writes numbers in another way."""
         alike = self.function.program is twin.function.program and self.precision is twin.precision
-        if alike and not twin.printer.called and self.form.narrow == twin.form.narrow:
+        alike = alike and self.form.narrow == twin.form.narrow and not self.precision.is_pair
+        if alike:
             self.printer.share(twin.printer)
-            return True
-        return False
+        return alike
 
     def _places(self) -> dict[str, Place]:
         """Where what statements read of arguments, constants, sines and cosines stands."""

@@ -115,6 +115,7 @@ class CPrinter(Printer):
         self.literals: Literals | None = None
         self._statement: Statement | None = None
         self._named: dict[int, dict[str, Literal]] = {}
+        self._calling: set[int] = set()
 
     def text_of(self, statement: Statement) -> Printed:
         """The expression that a statement assigns, and the names in it; printed once."""
@@ -128,8 +129,9 @@ class CPrinter(Printer):
         return self._named.get(statement.node.id, {}).values()
 
     def share(self, other: CPrinter) -> None:
-        """Take over the statements that a printer of the same program, numbers and functions has printed."""
-        self._printed, self._named = other._printed, other._named
+        """Take over what a printer of the same program and numbers has printed: statements that call no function."""
+        self._printed = {number: text for number, text in other._printed.items() if number not in other._calling}
+        self._named = {number: found for number, found in other._named.items() if number not in other._calling}
 
     def literal(self, value: float) -> Text:
         """A number by its name where it has one."""
@@ -168,6 +170,8 @@ class CPrinter(Printer):
 
     def call(self, operation: str, flipped: bool, texts: Sequence[Text]) -> Text:
         """An operation as a call of a function."""
+        if self._statement is not None:
+            self._calling.add(self._statement.node.id)
         plain = [text.binding == ATOM and not text.negative for text in texts]
         operands = [
             text if is_plain else Text(False, self.form.operand.format(text.signed()), ATOM)

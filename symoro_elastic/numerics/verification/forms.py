@@ -153,8 +153,11 @@ def _decided(recursion: Form, inertia: Form) -> tuple[str, str]:
 
 
 def fewest_operations(machine: Machine) -> int:
-    """Return products and sums that factors of the inertia matrix take of joints that turn; 0 of closed chains."""
-    if machine.is_coupled:
+    """Return products and sums that factors of the inertia matrix take of joints that turn; 0 of loops.
+
+    Joints that follow others move with these: they add to entries of the matrix, and make none zero.
+    """
+    if machine.loops:
         return 0
     turning = {j for j in machine.independent if machine.joint(j).sigma == 0}
     below, total = [0], 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -144,12 +144,13 @@ def _shade(normal: Array) -> int:
 
 def hull(points: Array) -> list[int]:
     """Return the indices of the corners of the convex hull of points (N, 2), in order around it."""
-    order = sorted(range(len(points)), key=lambda k: (round(points[k, 0], 12), round(points[k, 1], 12)))
+    ordered = sorted(enumerate(zip(*np.round(points, 12).T.tolist(), strict=True)), key=lambda numbered: numbered[1])
+    order, at = [k for k, _ in ordered], points.tolist()
 
-    def half(ordered: list[int]) -> list[int]:
+    def half(order: list[int]) -> list[int]:
         found: list[int] = []
-        for k in ordered:
-            while len(found) > 1 and _turn(*points[[found[-2], found[-1], k]]) <= 0:
+        for k in order:
+            while len(found) > 1 and _turn(at[found[-2]], at[found[-1]], at[k]) <= 0:
                 found.pop()
             found.append(k)
         return found[:-1]
@@ -157,5 +158,5 @@ def hull(points: Array) -> list[int]:
     return half(order) + half(order[::-1])
 
 
-def _turn(a: Array, b: Array, c: Array) -> float:
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
