@@ -34,7 +34,6 @@ MODELS = ("inverse_dynamics", "direct_dynamics")
 DERIVATIVES = ("inverse_dynamics_derivatives", "direct_dynamics_derivatives")
 CALL = "ns a joint"
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
-FLAGS = ("-O2",)
 FIT_FROM = 25
 ROUNDS = 200
 
@@ -45,13 +44,14 @@ def main() -> None:
     parser.add_argument("--derivatives", type=int, nargs="*", default=[10, 30], help="joints of chains derived")
     parser.add_argument("--most-compiled", type=int, default=300, help="longest chain that is compiled")
     parser.add_argument("--general", action="store_true", help="alpha, d and r symbolic in place of quarter turns")
+    parser.add_argument("--level", default="-O2", help="of optimization: --level=-O1")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
     build = general_chain if arguments.general else chain
     wanted = [(model, build, n) for model in MODELS for n in arguments.joints]
     wanted += [(model, general_chain, n) for model in DERIVATIVES for n in arguments.derivatives]
     figures = [
-        figures_of(model, made(n), n <= arguments.most_compiled)
+        figures_of(model, made(n), n <= arguments.most_compiled, (arguments.level,))
         for model, made, n in progress(wanted, "generate, compile")
     ]
     steps = ["trace", "render", *COMPILERS, CALL]
@@ -61,13 +61,13 @@ def main() -> None:
         exponents = [_exponent(chosen, step) for step in ["operations", *steps]]
         rows.append(["exponent", *(f"{e:.2f}" if math.isfinite(e) else "-" for e in exponents)])
         print_table(
-            f"{model} of a chain: seconds of the processor ({' '.join(FLAGS)})", ["joints", "operations", *steps], rows
+            f"{model} of a chain: seconds of the processor ({arguments.level})", ["joints", "operations", *steps], rows
         )
     if arguments.json:
         save_json(arguments.json, figures)
 
 
-def figures_of(model: str, machine: Machine, compiles: bool) -> dict[str, str | float]:
+def figures_of(model: str, machine: Machine, compiles: bool, flags: Sequence[str]) -> dict[str, str | float]:
     """Seconds of the processor for each step; generation is the better of two runs."""
     scene, n = Scene(models=(model,)), len(machine.joints)
     package, traced = _timed(lambda: programs(machine, scene).package)
@@ -78,18 +78,18 @@ def figures_of(model: str, machine: Machine, compiles: bool) -> dict[str, str | 
     with tempfile.TemporaryDirectory() as folder:
         for compiler in COMPILERS if compiles else ():
             start = os.times()
-            compile_library(files, Path(folder), (compiler,), FLAGS)
+            compile_library(files, Path(folder), (compiler,), flags)
             end = os.times()
             figures[compiler] = end.children_user + end.children_system - start.children_user - start.children_system
     if compiles and COMPILERS:
-        figures[CALL] = _call(made, COMPILERS[0]) / n
+        figures[CALL] = _call(made, COMPILERS[0], flags) / n
     return figures
 
 
-def _call(made: Code, compiler: str) -> float:
+def _call(made: Code, compiler: str, flags: Sequence[str]) -> float:
     """Nanoseconds of a call, parameters prepared: the best of many rounds."""
     x = np.full((4, sum(made.inputs)), 0.3)
-    contestant = scalar(made, x, "a call", compiler, FLAGS)
+    contestant = scalar(made, x, "a call", compiler, flags)
     contestant.settle()
     return min(contestant.once(contestant.passes) for _ in range(ROUNDS))
 
