@@ -13,7 +13,7 @@ from symoro_elastic.codegen.time_steps import (
     CLOSED,
     EXTERNAL_RATE,
     LOAD,
-    LOADS,
+    PASSED,
     RATES,
     STATES,
     WRENCH,
@@ -49,6 +49,8 @@ class NumpyStep:
     states: int
     z_of_factors: str
     gains: str
+    loads: int
+    of_passed: tuple[str, ...]
 
     @property
     def position(self) -> str:
@@ -59,7 +61,7 @@ class NumpyStep:
         """The wrenches on frames at a node, as a further argument of a model that takes them."""
         more = self.more if function != "linearization" else ""
         forces = f", {EXTERNAL}[..., {node}, :]{more}" if function in self.takes_forces else ""
-        return f"{forces}, {LOAD}[..., {node}, :]" if function in self.takes_loads else forces
+        return f"{forces}, {LOAD}" if function in self.takes_loads else forces
 
     @property
     def more(self) -> str:
@@ -97,8 +99,22 @@ class NumpyStep:
     @property
     def found(self) -> str:
         """The accelerations that a dynamic model finds."""
-        known = ["qdd", *(["zd"] if self.states else []), *(["_"] if self.variant.right_side == CLOSED else [])]
+        torques = [self.torques if self.loads else "_"] if self.variant.right_side == CLOSED else []
+        known = ["qdd", *(["zd"] if self.states else []), *torques]
         return ", ".join([*known, *(["V0d"] if self.base else [])])
+
+    @property
+    def torques(self) -> str:
+        """The torques of motors in a stage."""
+        if self.variant.right_side == CLOSED:
+            return "tau_m"
+        return "torque" if self.variant.of_step else "tau" if self.variant.is_driven else "tau[..., node, :]"
+
+    @property
+    def passed(self) -> str:
+        """The call of the model of the torques that are passed, in a stage."""
+        known = {"q_dep": "dependent", "tau": self.torques}
+        return f"{PASSED}({', '.join([*(known.get(name, name) for name in self.of_passed), 'p'])})"
 
     @property
     def carried(self) -> str:
@@ -157,6 +173,8 @@ def _step(method: MethodText, variant: Variant, with_error: bool, package: Packa
         states=states_carried(variant, package),
         z_of_factors=_z_of_factors(variant, package),
         gains=_gains(variant, package),
+        loads=loads_of(package),
+        of_passed=tuple(a.name for f in package.functions if f.name == PASSED for a in f.arguments),
     )
 
 
@@ -170,7 +188,7 @@ def _z_of_factors(variant: Variant, package: Package) -> str:
 def _gains(variant: Variant, package: Package) -> str:
     """Gains, or set points and torques at t, as further arguments of these factors."""
     at_t = "" if variant.of_step else "[..., 0, :]"
-    load = f", {LOAD}[..., 0, :]" if f"implicit_factors{variant.suffix}" in _taking(LOAD, package) else ""
+    load = f", {LOAD}" if f"implicit_factors{variant.suffix}" in _taking(LOAD, package) else ""
     return "".join(f", {name}{at_t}" for name in given_to_factors(variant, package)) + load
 
 
@@ -197,8 +215,6 @@ def _described(method: MethodText, variant: Variant, with_error: bool, package: 
         yield f"{EXTERNAL} (..., {nodes}, {package.external}): wrenches on frames in axes of frame 0, the same rows."
     if package.base:
         yield f"f0 (..., {nodes}, 6): the wrench on the base at these times, in its axes."
-    if loads := loads_of(package):
-        yield f"{LOAD} (..., {nodes}, {loads}): {LOADS}, the same in each row."
     if variant.of_step:
         yield f"kp, kd ({motors}): gains of the servos."
     if method.kind == "rosenbrock":

@@ -51,7 +51,8 @@ class Variant:
 EXTERNAL_RATE = f"{EXTERNAL}d"
 STATES = "z"
 """States of friction and drives."""
-LOAD, LOADS = "load", "torques through the transmissions of joints whose friction rises with load, at t"
+LOAD, PASSED = "load", "passed_torques"
+"""The torques through joints whose friction rises with them, which stages find, and the model that gives them."""
 WRENCH, DEGREES = "f0", 6
 """The wrench on the base, and its degrees of freedom."""
 TORQUE = Variant("", ("tau",))
@@ -171,13 +172,23 @@ def rows_of_nodes(variant: Variant, package: Package) -> dict[str, int]:
     """Return the arrays with a row for each node, and the entries of a row: f0 is the wrench on the base."""
     given = dict.fromkeys(variant.of_nodes, len(package.motor_names))
     given |= {EXTERNAL: package.external} if package.external else {}
-    given |= {WRENCH: DEGREES} if package.base else {}
-    return given | ({LOAD: loads} if (loads := loads_of(package)) else {})
+    return given | ({WRENCH: DEGREES} if package.base else {})
 
 
 def loads_of(package: Package) -> int:
-    """Return of how many joints steps are given the torque through the transmission: friction rises with it."""
+    """Return of how many joints the friction rises with the torque through the transmission, which steps find."""
     return next((a.size for function in package.functions for a in function.arguments if a.name == LOAD), 0)
+
+
+def settling_of(package: Package, literal: Literals) -> dict[str, str | int]:
+    """Return when the loads of joints settle; empty where no friction rises with them.
+
+    A change counts by what is rounded off beside all terms, a load is extrapolated where it bends so much by squares.
+    """
+    if not (count := loads_of(package)):
+        return {}
+    numbers = {"settled": Fraction(1, 256), "straight": Fraction(10) ** -18}
+    return {"count": count, "most": 500, "extrapolated": 30} | {key: literal.number(x) for key, x in numbers.items()}
 
 
 def entries_of_state(package: Package) -> int:

@@ -13,6 +13,7 @@ from symoro_elastic.models.drives.drive_states import driven_motors
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
+from symoro_elastic.models.passed_torques import passed_torques
 from symoro_elastic.models.state import closing_models
 from symoro_elastic.quantities.time_steps import TimeStep
 
@@ -38,6 +39,8 @@ def models_of_steps(
     yield from base_models(machine, folded)
     if dependent_motors(machine) and not {*steps} <= {*ROSENBROCK}:
         yield motor_coordinates(machine, folded)
+    if machine.loaded:
+        yield passed_torques(machine, folded)
     drives = has_drives(machine, steps)
     if drives:
         yield closed_dynamics(machine, folded)
@@ -49,19 +52,6 @@ def models_of_steps(
 def has_drives(machine: Machine, steps: Sequence[str]) -> bool:
     """Return whether some of these steps are offered under the drives of a machine."""
     return bool(driven_motors(machine)) and not {*steps} <= {*WITHOUT_STATES}
-
-
-def refuse_machines_without_steps(machine: Machine, steps: Sequence[str]) -> None:
-    """Raise `InputError` where a machine has no time steps, or not those of some method, or they need its loads.
-
-    Generated steps are given the torques through transmissions; who calls this has none to give.
-    """
-    refuse_machines(machine, steps)
-    if machine.loaded:
-        what = (
-            "the torque through the joint is not known to even steps: simulate with --adaptive, or give it to the code"
-        )
-        raise machine.error(f"friction, {machine.joint(machine.loaded[0]).name}, load", what)
 
 
 def refuse_machines(machine: Machine, steps: Sequence[str]) -> None:

@@ -22,7 +22,7 @@ from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
-from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.models.time_steps import refuse_machines
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.symbolic.program import Program
 
@@ -180,13 +180,12 @@ def test_operations_of_parts_of_drives() -> None:
     [
         (LAW, ("midpoint",), "midpoint is not offered with states of friction .*take w3"),
         (LAW, ("rodas4",), "rodas4 is not offered with states of friction"),
-        (LAW | {"load": 0.1}, ("w3",), "friction, mass, load: the torque through the joint is not known"),
         ({"coulomb": 1, "creep": 0.1, "load": 0.1}, ("rodas4",), "rodas4 is not offered with friction that rises"),
     ],
 )
 def test_steps_that_are_refused(law: dict[str, float], steps: Any, says: str) -> None:
     with pytest.raises(InputError, match=says):
-        refuse_machines_without_steps(slider(**law), steps)
+        refuse_machines(slider(**law), steps)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from symoro_elastic.analysis.simulation.loads import under_loads
 from symoro_elastic.analysis.simulation.moving_base import rows
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.c.steps import Run, render_runs, runs
@@ -28,8 +29,8 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.drives import closed_dynamics
 from symoro_elastic.models.drives.drive_states import states_at_rest
 from symoro_elastic.models.implicit_steps import Motors
-from symoro_elastic.models.state import split_into
-from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.models.state import State, split_into
+from symoro_elastic.models.time_steps import refuse_machines
 from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.branch_crossings import refuse_lost
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
@@ -73,7 +74,7 @@ class CompiledSteps:
 
         Raises `InputError`, `CompilerMissing`, `CompilationFailed`.
         """
-        refuse_machines_without_steps(machine, methods)
+        refuse_machines(machine, methods)
         self.machine = machine
         self.package = trace_models(
             machine, Scene(models=("direct_dynamics",), steps=tuple(methods), fold=self.fold)
@@ -110,7 +111,7 @@ class CompiledSteps:
         numbers = [0, *(k for k in range(1, steps + 1) if k % every == 0 or k == steps)]
         t = np.array(numbers) * h
         states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(kept))}
-        moved = self.with_torques(reference, Motion(states, t))
+        moved = self.with_loads(reference, self.with_torques(reference, Motion(states, t)))
         return Trajectory(moved.blocks, t, method, h, steps, passed / steps)
 
     def take(self, run: Run, read: Sequence[Array], h: float, state: Mapping[str, Array], record: Array) -> float:
@@ -135,18 +136,33 @@ class CompiledSteps:
         if not reference.drives:
             return with_servo_torques(reference, motion)
         tau = reference.fed_torques(motion.t) if added is None else added
-        called = next(f for f in self.package.functions if f.name == closed_dynamics.NAME)
         given = dict(zip(("r", "rd", "rdd"), reference.at(motion.t), strict=True))
-        given |= {"tau": tau, EXTERNAL: reference.wrenches(motion.t)[0]}
-        given |= {} if self.p is None else {"p": self.p}
-        known = {argument.name for argument in (*called.arguments,)} | {"p"}
-        arrays = {name: x for name, x in {**motion.blocks, **given}.items() if name in known}
-        found = self._models.call(called.name, **arrays)["tau_m"]
+        given |= {"tau": tau, "load": np.zeros((len(motion.t), len(self.machine.loaded)))}
+        found = self._results(reference, closed_dynamics.NAME, motion.with_blocks(**given))["tau_m"]
         blocks, friction = (
             {name: x for name, x in motion.blocks.items() if name != "z"},
             len(reference.machine.bristles),
         )
         return replace(motion, blocks=blocks | ({"z": motion.z[:, :friction]} if friction else {}) | {"tau": found})
+
+    def with_loads(self, reference: Reference, motion: Motion) -> Motion:
+        """Return the states with the torques through joints whose friction rises with them."""
+        if not self.machine.loaded:
+            return motion
+        driven = ways_of(reference) is Motors.DRIVEN
+        given = motion.with_blocks(qdd_motor=reference.at(motion.t)[2]) if driven else motion
+        model = "inverse_dynamics" if driven else "direct_dynamics"
+        found = under_loads(self.machine, lambda name, state: self._results(reference, name, state), model, given)
+        return motion.with_blocks(load=found["load"])
+
+    def _results(self, reference: Reference, function: str, state: State) -> dict[str, Array]:
+        """Return the results of a generated function at states along a motion."""
+        called = next(f for f in self.package.functions if f.name == function)
+        assert isinstance(state, Motion)
+        given = {**state.blocks, EXTERNAL: reference.wrenches(state.t)[0]}
+        given |= {} if self.p is None else {"p": self.p}
+        known = {argument.name for argument in called.arguments} | {"p"}
+        return self._models.call(function, **{name: x for name, x in given.items() if name in known})
 
     def _call(self, run: Run, count: int, read: Sequence[Array], h: float, written: Sequence[Array]) -> None:
         held = [np.ascontiguousarray(array) for array in read]

@@ -17,6 +17,7 @@ from typing import Self
 import numpy as np
 
 from symoro_elastic.analysis.simulation.compiled_steps import law_of_servos, refuse_still, with_servo_torques
+from symoro_elastic.analysis.simulation.loads import under_loads
 from symoro_elastic.analysis.simulation.moving_base import quaternion, rotation_at, rotations, turning
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.codegen.compile import CompiledPackage, compile_library
@@ -26,14 +27,12 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES, dependent_motors, motor_coordinates
-from symoro_elastic.models.passed_torques import PASSED, PASSED_TORQUES, passed_torques
+from symoro_elastic.models.passed_torques import passed_torques
 from symoro_elastic.models.state import State, closing_models
 from symoro_elastic.models.traced import trace_models
 
 DIFFERENCE = 1e-7
 """Of the state, for derivatives."""
-SUBSTITUTIONS, EXTRAPOLATED, SETTLED = 1000, 30, 1e-13
-"""Of torques that friction rises with: at most, those with limits between them, relative change of the last one."""
 FLAGS = ("-O1",)
 """Calls from Python take longer than what more would save."""
 
@@ -169,21 +168,7 @@ class CompiledMotion:
 
         Raises `InputError` where these do not settle.
         """
-        machine = self.reference.machine
-        if not machine.loaded:
-            return self.call(self.dynamics, given)
-        loads = [np.zeros((len(given.t), len(machine.loaded)))]
-        for number in range(1, SUBSTITUTIONS):
-            found = self.call(self.dynamics, given.with_blocks(load=loads[-1]))
-            moved = {name: found[name] for name in ("tau", "qdd") if name in found}
-            load = self.call(PASSED_TORQUES, given.with_blocks(load=loads[-1], **moved))[PASSED]
-            if not np.abs(load - loads[-1]).max() > SETTLED * (1 + np.abs(load).max()):
-                return found | {"load": load}
-            loads = [*loads[-2:], load]
-            if number % 3 == 2 and number < EXTRAPOLATED:
-                loads = [_limit_of(*loads)]
-        names = ", ".join(machine.joint(j).name for j in machine.loaded)
-        raise machine.error(f"friction, {names}, load", "the torque through the joint does not settle: lower load")
+        return under_loads(self.reference.machine, self.call, self.dynamics, given)
 
     def torques(self, motion: Motion, y: Array) -> Array:
         """Return the torques (N, m) of servos at y; NaN where motors follow exactly."""
@@ -209,12 +194,6 @@ class CompiledMotion:
     def call(self, function: str, state: State) -> dict[str, Array]:
         """Return the results of a generated function at states."""
         return self._compiled.call(function, **state.only(self._arguments[function]))
-
-
-def _limit_of(x: Array, y: Array, z: Array) -> Array:
-    """Return where three numbers in turn tend to by Aitken's rule: exact where their distances have one ratio."""
-    bend = z - 2 * y + x
-    return z - np.divide((z - y) ** 2, bend, out=np.zeros_like(z), where=np.abs(bend) > 1e-9 * np.abs(z - y))
 
 
 def _package(machine: Machine, scene: Scene) -> Package:

@@ -106,7 +106,7 @@ class SampledSteps(CompiledSteps):
             progress(done + each, steps)
         t = np.array(times)
         states = {**rows(reference.base, len(t)), **split_into(state, np.concatenate(kept))}
-        moved = self.with_torques(reference, Motion(states, t), sampling.held.at(t))
+        moved = self.with_loads(reference, self.with_torques(reference, Motion(states, t), sampling.held.at(t)))
         longest = max(ends - begins for begins, ends in intervals) / each
         return Trajectory(moved.blocks, t, method, longest, steps, passed / steps, np.array(numbers))
 

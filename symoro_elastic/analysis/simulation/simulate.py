@@ -53,7 +53,7 @@ from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
-from symoro_elastic.models.time_steps import WITHOUT_STATES, refuse_machines_without_steps
+from symoro_elastic.models.time_steps import WITHOUT_STATES, refuse_machines
 from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.symbolic.program import OperationCount, Program
 
@@ -117,8 +117,11 @@ class Simulating:
 
     @property
     def _is_tree(self) -> bool:
-        """Whether joints are independent, on a fixed base, springs straight, friction and motors without states."""
-        states = self.machine.bristles or self.reference.drives
+        """Whether joints are independent, on a fixed base, springs straight, friction and motors without states.
+
+        Friction that rises with load is not in the linear model either.
+        """
+        states = self.machine.bristles or self.machine.loaded or self.reference.drives
         straight = not self.machine.is_coupled and not self.machine.with_backlash
         return straight and not self.machine.degrees_of_base and not states
 
@@ -273,7 +276,7 @@ def _method(simulating: Simulating, announce: Announce) -> str:
     request = simulating.request
     refuse_still(simulating.reference)
     refuse_sampled(simulating.reference)
-    refuse_machines_without_steps(simulating.machine, (request.method or W3.name,))
+    refuse_machines(simulating.machine, (request.method or W3.name,))
     refuse_period(simulating)
     if request.step is None:
         refuse_unresolved(simulating.reference)

@@ -19,8 +19,8 @@ from symoro_elastic.codegen.time_steps import (
     DRIVES,
     EXTERNAL_RATE,
     LOAD,
-    LOADS,
     MOTOR_COORDINATES,
+    PASSED,
     RATES,
     WRENCH,
     Literals,
@@ -34,6 +34,7 @@ from symoro_elastic.codegen.time_steps import (
     loads_of,
     method_text,
     rows_of_nodes,
+    settling_of,
     states_carried,
 )
 
@@ -224,6 +225,8 @@ class CSteps:
             "call": self.call,
             "sum": sum_of,
             "last_row": self._last_row,
+            "loads": settling_of(package, literal),
+            "arithmetic": self.precision.state if self.precision.is_pair else self.precision.real,
             "has_dense": any(method.kind == "rosenbrock" for method in self.methods),
         }
 
@@ -238,7 +241,8 @@ class CSteps:
         driven = variant.right_side == "inverse_dynamics"
         moved = [Array(state, "q", "", 0, driven), Array(state, "qd", "", 0, driven or bool(self.package.base))]
         given = [Array(state, name, "", 0) for name in (*rows_of_nodes(variant, self.package), *variant.of_step)]
-        held = [Array(state, name, "", 0, name in self.call.stage) for name in self.call.held]
+        written = (*self.call.stage, LOAD)
+        held = [Array(state, name, "", 0, name in written) for name in self.call.held]
         has_states = bool(states_carried(variant, self.package))
         z, zd = ([Array(state, name, "", 0, name == "zd")] if has_states else [] for name in ("z", "zd"))
         arrays = [*moved, *z, *given, *held, self.p]
@@ -266,8 +270,6 @@ def _comment(method: MethodText, variant: Variant, with_error: bool, package: Pa
     yield f"One step h [s] of the {method.title}{variant.words}."
     rows, times = ", ".join(rows_of_nodes(variant, package)), ", ".join(method.times(variant))
     yield f"{rows}: a row for each of the times {times}"
-    if loads_of(package):
-        yield f"{LOAD}: {LOADS}, the same in each row"
     if method.kind == "rosenbrock":
         yield from (f"{name}: {RATES[name]}" for name in variant.of_rate)
     moved = [block.name for block in blocks_carried(variant, package) if block not in package.assembled]
@@ -297,7 +299,8 @@ class StepCalls:
         self.position = ["q", *(block.name for block in package.assembled)]
         self.stage = ["stage_dep" for _ in package.assembled]
         self.held = [*self.position[1:], *self.stage, *(block.name for block in package.base[:1])]
-        """Arrays that tell where a stage is, beside its own state."""
+        self.held += [LOAD] if loads_of(package) else []
+        """Arrays that tell where a stage is, beside its own state, and the loads that it finds."""
         self.offsets: dict[str, int] = {}
         self.constants = 0
         for name in functions_of(methods, package):
@@ -310,7 +313,7 @@ class StepCalls:
         """Return the calls that compute what depends on parameters only."""
         return [f"{INDENT}{self.functions[f].name}_prepare(p, {self._place(f)});" for f in self.offsets]
 
-    def accelerations(self, variant: Variant) -> str:
+    def accelerations(self, variant: Variant, depth: int = 1) -> str:
         """Return the call of the right side for the accelerations `qdd`."""
         known = ["ydd"] if variant.is_driven else ["torque"] if variant.of_step else ["tau"]
         known = list(DRIVES.of_nodes) if variant.right_side == CLOSED else known
@@ -319,7 +322,17 @@ class StepCalls:
         found = [*(["tau"] if variant.is_driven else []), self._joints("qdd"), *zd]
         found += ["tau_m"] if variant.right_side == CLOSED else []
         found += ["V0d"] if self.package.base else []
-        return self._under_forces(variant.right_side, [self._joints("qd"), *z, *known, *on_base], found)
+        return self._under_forces(variant.right_side, [self._joints("qd"), *z, *known, *on_base], found, depth)
+
+    def passed(self, variant: Variant) -> str:
+        """Return the calls by which loads settle, behind that of the right side."""
+        tau = "tau_m" if variant.right_side == CLOSED else "torque" if variant.of_step else "tau"
+        known = {"q": self._joints("q"), "q_dep": "stage_dep", "qd": self._joints("qd"), "qdd": self._joints("qdd")}
+        known |= {"tau": tau}
+        inputs = [known.get(argument.name, argument.name) for argument in self.functions[PASSED].function.arguments]
+        settle = [*(self._count or ["1U"]), "number", "passed", "terms", "before", LOAD, "&changing"]
+        settling = with_arguments(f"{INDENT * 2}{self.prefix}_settle", settle, ");")
+        return f"{self._model(PASSED, inputs, ['passed', 'terms'], 2)}\n{settling}"
 
     def motors(self) -> str:
         """Return the call that gives positions and velocities of motors on dependent joints."""
@@ -340,7 +353,7 @@ class StepCalls:
 
     def prepares_rate(self, variant: Variant) -> bool:
         """Return whether something that the accelerations need depends on parameters only."""
-        needed = {variant.right_side, *("assemble" for _ in self.stage)}
+        needed = {variant.right_side, PASSED, *("assemble" for _ in self.stage)}
         needed |= {MOTOR_COORDINATES} if variant.of_step and not self.package.has_motors_in_q else set()
         return not needed.isdisjoint(self.offsets)
 
@@ -377,10 +390,10 @@ class StepCalls:
         head = f"{INDENT * depth}{self.prefix}_rate{variant.suffix}"
         return with_arguments(f"{head}_lanes" if self.many else head, [*self._count, *arrays], ");")
 
-    def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str]) -> str:
+    def _under_forces(self, function: str, inputs: Sequence[str], results: Sequence[str], depth: int = 1) -> str:
         """Return the call of a model at the position of a stage, under the wrenches on frames."""
         forces = [EXTERNAL] if any(a.name == EXTERNAL for a in self.functions[function].function.arguments) else []
-        return self._model(function, [*self._stage_position, *inputs, *forces, *self._load(function)], results)
+        return self._model(function, [*self._stage_position, *inputs, *forces, *self._load(function)], results, depth)
 
     def _load(self, function: str) -> list[str]:
         """Return the torques through transmissions where a model takes them."""
@@ -418,7 +431,7 @@ def functions_of(methods: Sequence[MethodText], package: Package) -> list[str]:
     for variant in dict.fromkeys(variant for method in implicit for variant in method.variants):
         found |= dict.fromkeys((f"implicit_factors{variant.suffix}", f"implicit_solve{variant.suffix}"))
     of_motors = [] if package.has_motors_in_q else [MOTOR_COORDINATES]
-    return [*found, "assemble", *of_motors, "base_displacement", "base_rates"]
+    return [*found, "assemble", *of_motors, "base_displacement", "base_rates", PASSED]
 
 
 # Functions of C that carry out many time steps, one after another.

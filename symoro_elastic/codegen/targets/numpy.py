@@ -17,6 +17,7 @@ from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.printers import Printer
 from symoro_elastic.codegen.target import Target, words
 from symoro_elastic.codegen.templates import Literal, in_brackets, render
+from symoro_elastic.codegen.time_steps import Literals, settling_of
 from symoro_elastic.quantities import QUANTITIES
 from symoro_elastic.symbolic.operations import MAXIMUM, MINIMUM
 
@@ -63,6 +64,7 @@ def render_numpy(package: Package) -> Files:
     if methods:
         kinds = {method.text.kind for method in methods}
         has = {"kinds": kinds, "base": package.base, "states": package.states}
+        has |= {"loads": settling_of(package, Literals(DOUBLE))}
         files["_steps.py"] = render("numpy/steps.py.j2", name=package.name, methods=methods, **has)
     for function in functions:
         files[f"{function['module']}.py"] = render("numpy/program.py.j2", name=package.name, function=function)

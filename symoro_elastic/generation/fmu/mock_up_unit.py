@@ -272,7 +272,10 @@ def _needed(root: Scalar, symbols: Mapping[str, frozenset[int]]) -> frozenset[in
 
 
 def _references(programs: Programs, layout: Layout) -> dict[str, frozenset[int]]:
-    """Return the references of variables by symbol; those of what closes loops without closed form for q_dep."""
+    """Return the references of variables by symbol; those of what closes loops without closed form for q_dep.
+
+    Loads that friction rises with depend on all of them.
+    """
     of_inputs = {one.name: one.symbols for trace in programs.traces for one in trace.inputs}
     references, first, found = layout.block("INPUT"), 0, dict[str, int]()
     for name, size in programs.inputs.items():
@@ -283,8 +286,11 @@ def _references(programs: Programs, layout: Layout) -> dict[str, frozenset[int]]
     found |= _pairs(of_inputs.get("z", ()), layout.block("Z"))
     found |= _pairs([one.name for one in programs.package.parameters], layout.block("P"))
     closing = {one.reference for block in ("Q", "P") for one in layout.block(block)}
-    return {name: frozenset({one}) for name, one in found.items()} | dict.fromkeys(
-        of_inputs.get("q_dep", ()), frozenset(closing)
+    loads = frozenset(found.values()) if programs.machine.loaded else frozenset()
+    return (
+        {name: frozenset({one}) for name, one in found.items()}
+        | dict.fromkeys(of_inputs.get("q_dep", ()), frozenset(closing))
+        | dict.fromkeys(of_inputs.get("load", ()), loads)
     )
 
 

@@ -33,8 +33,9 @@ from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
 from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.passed_torques import passed_trace
 from symoro_elastic.models.state import closing_models
-from symoro_elastic.models.time_steps import refuse_machines_without_steps
+from symoro_elastic.models.time_steps import refuse_machines
 from symoro_elastic.models.traced import Traced
 from symoro_elastic.models.tracing import Trace, prune, schedule
 from symoro_elastic.symbolic.memory import no_collection
@@ -108,8 +109,10 @@ def programs_of(machine: Machine, scene: Scene) -> Programs:
     outputs = outputs_of(placed, frames)
     if outputs:
         traces[placed] = _trace_of_outputs(outputs, placed)
-    models = [schedule(prune(one)) for one in traces.values()]
-    models += [schedule(prune(directional_derivative(*pair, constants))) for pair in traces.items()]
+    loads = Bound(made, constants)
+    called = {**traces, **({loads: passed_trace(loads)} if made.loaded else {})}
+    models = [schedule(prune(one)) for one in called.values()]
+    models += [schedule(prune(directional_derivative(*pair, constants))) for pair in called.items()]
     models += _of_steps(made, method, constants, given)
     models += _of_samples(sampled, constants) if sampled else []
     asked = Traced(whole, replace(scene, steps=(method.name,)), models)
@@ -146,7 +149,7 @@ def with_parameters(machine: Machine) -> Machine:
 
 def method_of(machine: Machine) -> Method:
     """Return the method of co-simulation: exact derivatives where motors own their variables, and no others are."""
-    has_states = machine.bristles or given_of(machine)[0] is not Given.TORQUES
+    has_states = machine.bristles or machine.loaded or given_of(machine)[0] is not Given.TORQUES
     return METHODS[WITH_STIFFNESSES if has_states or dependent_motors(machine) else WITH_DERIVATIVES]
 
 
@@ -184,7 +187,7 @@ def refuse_machines_without_unit(machine: Machine) -> None:
         raise machine.error("base, floating", what)
     if not machine.independent:
         raise machine.error("fmu", "no joint moves, so an FMU would have no state: leave fewer joints locked")
-    refuse_machines_without_steps(machine, (method_of(machine).name,))
+    refuse_machines(machine, (method_of(machine).name,))
     _refuse_missing_values(machine)
 
 

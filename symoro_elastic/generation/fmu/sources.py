@@ -15,13 +15,22 @@ from symoro_elastic.codegen.package_context import Files
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.targets.c import SourceText, banner, c_text, files_of
 from symoro_elastic.codegen.templates import render
-from symoro_elastic.codegen.time_steps import MethodText, blocks_carried, method_text, rows_of_nodes
+from symoro_elastic.codegen.time_steps import (
+    Literals,
+    MethodText,
+    blocks_carried,
+    method_text,
+    rows_of_nodes,
+    settling_of,
+)
+from symoro_elastic.generation.fmu.motors import Given
 from symoro_elastic.generation.fmu.programs import Programs
 from symoro_elastic.generation.fmu.scalar_variables import Layout
 from symoro_elastic.generation.fmu.start import Start
 from symoro_elastic.models.drives.control import CONTROL, START
 from symoro_elastic.models.drives.drive_states import SET_POINTS
 from symoro_elastic.models.motor_coordinates import MOTOR_COORDINATES
+from symoro_elastic.models.passed_torques import PASSED, PASSED_TORQUES, TERMS
 
 TOLERANCE, FINEST = "1e-10", "1e-14"
 """Relative tolerance of co-simulation: unless the importer gives one, and at least."""
@@ -31,8 +40,10 @@ STATE = {"q": "Q", "qd": "QD", "z": "Z", "p": "P"}
 RESULTS = {"qdd": "DER_QD", "zd": "DER_Z", "tau_m": "TAU_M", "y": "Y"}
 LOCAL = {"q_dep_out": "closed", "residual": "residual", "u": "m->sampled", "zc": "m->zc", "zc_next": "m->zc"}
 LOCAL |= {"q_motor": "measured", "qd_motor": "speed"}
+LOCAL |= {f"{of}{name}": local for of in ("", "d") for name, local in ((PASSED, "passed"), (TERMS, "terms"))}
 RATES = ("direct_dynamics", "closed_dynamics")
-CALLED = (*RATES, "outputs", *(f"{name}_directional" for name in (*RATES, "outputs")), "assemble")
+KNOWN_ALONG = (*RATES, "outputs", PASSED_TORQUES)
+CALLED = (*KNOWN_ALONG, *(f"{name}_directional" for name in KNOWN_ALONG), "assemble")
 OF_SAMPLES = (CONTROL, START, MOTOR_COORDINATES)
 """Functions that an instance calls beside time steps."""
 PER_LINE = 6
@@ -88,6 +99,7 @@ def _interface(programs: Programs, text: SourceText, layout: Layout, start: Star
             outputs=len(layout.block("Y")),
             constants=constants,
             start=list(_numbers([one.start or "0.0" for one in variables])),
+            loads=settling_of(package, Literals(DOUBLE)),
             nominal=list(_numbers([one.nominal or "1.0" for one in layout.states])),
             start_dep=[repr(x) for x in start.q_dep.tolist()],
             calls=calls,
@@ -142,11 +154,15 @@ def _call(programs: Programs, function: Function, prepared: Collection[str]) -> 
     places = {key: f"&m->value[{block}]" for key, block in blocks.items()}
     places |= {block.name: f"m->{block.name}" for block in package.assembled}
     places |= {f"seed_{key}": f"&along[{block}]" for key, block in blocks.items()}
+    places |= {"load": "m->load", "seed_load": "load"}
+    if function.name.startswith(PASSED_TORQUES):
+        places |= {"qdd": "&m->value[DER_QD]", "seed_qdd": "&along[DER_QD]"}
+        places |= {f"{seed}tau": _torques(programs, array) for seed, array in (("", "m->value"), ("seed_", "along"))}
     if function.name in OF_SAMPLES:
         places |= {name: place.replace("m->value[INPUT", "given[0U") for name, place in places.items()} | {
             "zc": "m->zc"
         }
-    elif programs.sampling:
+    elif programs.sampling and not function.name.startswith(PASSED_TORQUES):
         places |= {"tau": "m->held", "seed_tau": "still"}
     array = "along" if function.name.endswith("_directional") else "m->value"
     along = array == "along"
@@ -159,6 +175,11 @@ def _call(programs: Programs, function: Function, prepared: Collection[str]) -> 
     c = [f"m->c_{function.name}"] if has_constants else []
     suffix = "_prepared" if has_constants else ""
     return f"{package.name}_{function.name}{suffix}({', '.join([*found, _parameters(package), *c, *results])})"
+
+
+def _torques(programs: Programs, array: str = "m->value") -> str:
+    """Return the place of the torques of motors."""
+    return f"&{array}[{'INPUT' if programs.given is Given.TORQUES else 'TAU_M'}]"
 
 
 def _parameters(package: Package) -> str:

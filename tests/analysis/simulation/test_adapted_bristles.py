@@ -126,7 +126,23 @@ def under_load(reference: Reference, t: Array, law: dict[str, float]) -> Array:
 def test_friction_that_rises_with_load(law: dict[str, float]) -> None:
     made = machine(friction={"motor": law})
     made["bodies"]["motor"] = {"inertia_at_origin": [0, 0, BODY]}
-    (found,) = se.simulate(made, scene(1e-4, duration=0.06, moves=MOVES[:1], servo=SERVO), adaptive=True)
+    move = {"motor": "motor", "by": 0.02, "in": 0.025}
+    (found,) = se.simulate(made, scene(1e-4, duration=0.03, moves=[move], servo=SERVO), adaptive=True)
     wanted = under_load(found.reference, found.motion.t, law)
     assert np.abs(found.motion.q - wanted[:, :2]).max() < 1e-6
     assert np.abs(found.motion.load[:, 0] - wanted[:, 2]).max() < 1e-3 * np.abs(wanted[:, 2]).max()
+
+
+@pytest.mark.thorough
+def test_even_steps_find_loads_in_each_stage() -> None:
+    """Their order is kept; loads are those of adapted steps, errors those that are said."""
+    made = machine(friction={"motor": LOADED | {"creep": 0.2}})
+    made["bodies"]["motor"] = {"inertia_at_origin": [0, 0, BODY]}
+    given = scene(1e-9, duration=0.05, moves=MOVES[:1], servo=SERVO)
+    (exact,) = se.simulate(made, given, adaptive=True)
+    for method, order in (("w2", 1.9), ("w3", 2.7)):
+        runs = [se.simulate(made, given, method=method, step=h)[0] for h in (5e-4, 1.25e-4)]
+        errors = [np.abs(run.motion.q[-1] - exact.motion.q[-1]).max() for run in runs]
+        assert np.log2(errors[0] / errors[1]) / 2 > order and errors[0] < 5e-6
+        assert errors[0] < 1.5 * max(runs[0].errors.values())
+        assert abs(runs[1].motion.load[-1] - exact.motion.load[-1]).max() < 1e-4
