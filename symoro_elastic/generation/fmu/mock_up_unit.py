@@ -21,6 +21,7 @@ from symoro_elastic.foundation.input_files import read_file
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.generation.fmu import Options
+from symoro_elastic.generation.fmu.loads import measures_loads, with_loads
 from symoro_elastic.generation.fmu.motors import Given, between_samples, given_of, without_drives
 from symoro_elastic.generation.fmu.programs import Programs, programs_of, refuse_machines_without_unit
 from symoro_elastic.generation.fmu.scalar_variables import Layout, Variable, layout_of, unit_powers
@@ -69,6 +70,10 @@ def unit_of(machine: Machine, scene: Scene, options: Options, announce: Announce
     announce("trace")
     machine = without_drives(machine) if options.by_torque else machine
     kept = restrict(machine, scene)
+    if measures_loads(kept):
+        resting = start_of(replace(without_drives(kept), forces=()), options.at)
+        machine = with_loads(machine, kept, dict(zip(kept.independent, resting.q.tolist(), strict=True)))
+        kept = restrict(machine, scene)
     refuse_machines_without_unit(kept)
     given, said = given_of(kept)
     held = replace(kept, forces=())

@@ -13,7 +13,7 @@ from functools import partial
 
 from symoro_elastic.machine.described import DescribedMachine, drives_of
 from symoro_elastic.machine.drive_numbers import DriveNumber, with_changed
-from symoro_elastic.machine.drives import MOTOR, ONE, TUNED, Drive, Drives
+from symoro_elastic.machine.drives import ONE, TUNED, Drive, Drives
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.freed import unused_name
 from symoro_elastic.machine.joints import Joint
@@ -51,10 +51,6 @@ def given_of(machine: Machine) -> tuple[Given, tuple[str, ...]]:
         what = f'torques of motors are inputs: gains of [drives] ({", ".join(sought)}) are "{TUNED}": control --save '
         return Given.TORQUES, (f"{what}writes them",)
     if any(one.period is not None for one in drives.values()):
-        for name, one in drives.items():
-            if one.measured != MOTOR:
-                what = f"sampled drives of an FMU measure the position of their motor: {WAY_OUT}"
-                raise machine.error(f"drives, {name}, measured", what)
         sampled_drives(machine)
         return Given.SAMPLES, ()
     if not driven_motors(machine):
@@ -123,7 +119,7 @@ def with_free_drives(machine: Machine, taken: Reasons) -> tuple[Machine, dict[st
     Zeros stay: they are structure; so do the times of samples, as numbers. `taken` are names that are none of
     parameters.
     """
-    drives, found = drives_of(machine).by_motor, dict[str, DriveNumber]()
+    drives, loads, found = drives_of(machine).by_motor, drives_of(machine).loads, dict[str, DriveNumber]()
     if not drives:
         return machine, {}
     joints = {joint.name: joint for joint in machine.joints}
@@ -143,5 +139,5 @@ def with_free_drives(machine: Machine, taken: Reasons) -> tuple[Machine, dict[st
         return Formula.parse(name)
 
     made = {name: with_changed(one, partial(free, joints[name])) for name, one in drives.items()}
-    freed = replace(machine, drives=Drives(made), parameters=(*machine.parameters, *named))  # type: ignore[call-arg]
+    freed = replace(machine, drives=Drives(made, loads), parameters=(*machine.parameters, *named))  # type: ignore[call-arg]
     return freed, found

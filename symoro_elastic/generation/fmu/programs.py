@@ -28,7 +28,7 @@ from symoro_elastic.models.catalogue import in_form, points_of, trace, trace_of
 from symoro_elastic.models.directional_derivatives import directional_derivative
 from symoro_elastic.models.drives.closed_dynamics import closed_trace
 from symoro_elastic.models.drives.control import CONTROL, START
-from symoro_elastic.models.drives.drive_states import SET_POINTS
+from symoro_elastic.models.drives.drive_states import SET_POINTS, controlled_position
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
@@ -164,7 +164,7 @@ def _of_steps(machine: Machine, method: Method, folded: Sequence[str], given: Gi
 def _of_samples(machine: Machine, folded: Sequence[str]) -> list[TracedModel]:
     """Return the models that sampled controllers need."""
     found = [trace(machine, name, folded=folded) for name in (CONTROL, START)]
-    return [*found, motor_coordinates(machine, folded)]
+    return [*found, motor_coordinates(machine, folded, controlled_position)]
 
 
 def _named_cells(before: Machine, after: Machine) -> dict[str, NamedCell]:

@@ -69,12 +69,18 @@ def inputs_of(bound: Bound, j: int) -> Inputs:
     """Return what the drive of a motor is given: set points, position, velocity, and the torque that is added."""
     entries, k = bound.arguments(), bound.motors.index(j)
     r, rd, rdd = (bound.graph.symbol(entries[name][k]) for name in SET_POINTS)
+    return Inputs(r, rd, rdd, controlled_position(bound, j), bound.rate(j), bound.tau[j])
+
+
+def controlled_position(bound: Bound, j: int) -> Scalar:
+    """Return the position that the drive of a motor controls: its own, or that of its load."""
     load = drives_of(bound.machine).loads.get(bound.machine.joint(j).name)
-    x = bound.variables[j] if load is None else load.motor + (_position(bound, load) - load.start) / load.ratio
-    return Inputs(r, rd, rdd, x, bound.rate(j), bound.tau[j])
+    if load is None:
+        return bound.variables[j]
+    return load.motor + (position_of_load(bound, load) - load.start) / load.ratio
 
 
-def _position(bound: Bound, load: LoadPosition) -> Scalar:
+def position_of_load(bound: Bound, load: LoadPosition) -> Scalar:
     """Return the position of a load."""
     if load.axis is None:
         return bound.variables[load.number]
