@@ -53,6 +53,7 @@ def excite(machine: MachineLike, options: Exciting) -> ExcitingTrajectory:
         driven, limits, options.fundamental, options.harmonics, options.values, tuple(options.known),
         evaluations=options.evaluations, seed=options.seed,
         progress=lambda done, total, _: options.progress(done, total), box=options.workspace, payloads=options.payload,
+        laws=_laws(options, driven),
     )  # fmt: skip
     sampled = trajectory.trajectory(best.motion, limits, options.periods, rate)
     return trajectory.ExcitingTrajectory(driven, best, sampled, limits, dict(options.payload))
@@ -95,7 +96,7 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     known = _values_of(options.known)
     among((options.offsets,), SEEKING, "--offsets")
     among((options.delay,), SEEKING, "--delay")
-    trust, laws = _trust(options), _laws(options, driven)
+    trust, laws = _trust(options), _laws(options, driven, options.temperatures)
     behind = _link_side(options, driven)
     options.announce("read")
     if not isinstance(records, str | Path | Mapping) and not len(records):
@@ -130,7 +131,7 @@ def _link_side(options: Identifying, machine: Machine) -> list[str]:
     return [labels(j, quantity) for j in rows for quantity in ("IA", "FV", "FS")]
 
 
-def _laws(options: Identifying, machine: Machine) -> FrictionLaws:
+def _laws(options: Identifying | Exciting, machine: Machine, changing: bool = False) -> FrictionLaws:
     """Return the laws of friction that are asked for, and those that the file has."""
     from symoro_elastic.analysis.identification.friction_laws import FrictionLaws, laws_of_file
 
@@ -142,7 +143,7 @@ def _laws(options: Identifying, machine: Machine) -> FrictionLaws:
     velocities = {**of_file.stribeck, **dict(zip(rows, options.stribeck.values(), strict=True))}
     load = (*of_file.load, *_rows(options.load_friction, machine, "--load-friction"))
     orders = {**of_file.cogging, **_orders(options.cogging, machine)}
-    return FrictionLaws(tuple(dict.fromkeys(load)), velocities, options.temperatures, cogging=orders)
+    return FrictionLaws(tuple(dict.fromkeys(load)), velocities, changing, cogging=orders)
 
 
 def _orders(cogging: Values, machine: Machine) -> dict[int, float]:

@@ -35,6 +35,23 @@ def _limits(metavar: str, meaning: str) -> Any:
     return option({}, metavar, what, kinds.LIMITS)
 
 
+def _load_friction() -> Any:
+    return option(
+        (), "MOTOR|all", "Motor whose dry friction rises with the torque through its transmission (FL).", kinds.TEXTS,
+        of_machine=motors_or_all,
+    )  # fmt: skip
+
+
+def _stribeck() -> Any:
+    what = "Velocity, rad/s or m/s, at which half of static less coulomb friction is left (FB)."
+    return option({}, "MOTOR=V", what, kinds.NUMBERS)
+
+
+def _cogging() -> Any:
+    what = "Periods of cogging in a turn of the rotor, whose amplitudes are sought (CC, CS)."
+    return option({}, "MOTOR=N", what, kinds.NUMBERS)
+
+
 class Exciting(Options, kw_only=False):
     """What `excite` takes."""
 
@@ -50,6 +67,9 @@ class Exciting(Options, kw_only=False):
         {}, "NAME=LOW:HIGH", "Range of a parameter, such as the mass of a payload, within which torques keep [limits].",
         kinds.RANGES,
     )  # fmt: skip
+    load_friction: Sequence[str] = _load_friction()
+    stribeck: Values = _stribeck()
+    cogging: Values = _cogging()
     fundamental: float = option(
         0.1, "HZ", "Fundamental frequency of the motion, Hz.", kinds.NUMBER, above=0,
         formerly=("--frequency", "frequency"),
@@ -90,17 +110,9 @@ class Identifying(Options, kw_only=False):
         "auto", "WHEN", "Whether a delay of torques behind positions is sought: {names} (auto: where data show it).",
         names=lambda: SEEKING,
     )  # fmt: skip
-    load_friction: Sequence[str] = option(
-        (), "MOTOR|all", "Motor whose dry friction rises with the torque through its transmission (FL).", kinds.TEXTS,
-        of_machine=motors_or_all,
-    )  # fmt: skip
-    stribeck: Values = option(
-        {}, "MOTOR=V", "Velocity, rad/s or m/s, at which half of static less coulomb friction is left (FB).",
-        kinds.NUMBERS,
-    )  # fmt: skip
-    cogging: Values = option(
-        {}, "MOTOR=N", "Periods of cogging in a turn of the rotor, whose amplitudes are sought (CC, CS).", kinds.NUMBERS
-    )
+    load_friction: Sequence[str] = _load_friction()
+    stribeck: Values = _stribeck()
+    cogging: Values = _cogging()
     link_side: Sequence[str] = option(
         (), "MOTOR|all", "Motor whose torque is measured behind its transmission, so that no rotor or friction shows.",
         kinds.TEXTS, of_machine=motors_or_all,

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symoro_elastic.analysis.identification.excited_laws import ExcitedLaws
+from symoro_elastic.analysis.identification.friction_laws import FrictionLaws, without_cogging
 from symoro_elastic.analysis.identification.identify import structural_grouping
 from symoro_elastic.analysis.identification.payloads import corners
 from symoro_elastic.analysis.identification.regression import Regressor, refuse_unknown_labels, regressor
@@ -32,6 +34,7 @@ PLACES, SMALLER = 30, 0.25  # other places for a motion, and its share there
 FINER = 4  # samples where peaks are sought
 BETWEEN_TORQUES = 1.01  # samples miss 1 - cos(pi / 24) of a peak of twice its frequency, as squares of velocities have
 SEEN = 1e-4  # independence of columns that the search keeps
+LEAST = 1e-6  # of a motion: dry friction is there as soon as it moves
 STEP = 1e-4  # of differences, of the limits
 AWAY = 0.05  # of the limits, where a search starts again
 OF_SPRINGS = ("K", "KQ")
@@ -145,9 +148,16 @@ class Response:
     before, which holds below the first natural frequency; passive joints stay at zero, or where loops start.
     """
 
-    def __init__(self, machine: Machine, Y: Regressor, box: Box | None = None, loaded: Sequence[Response] = ()) -> None:
-        """`loaded` are responses with payloads, whose torques and frames keep the limits, too."""
-        self.machine, self.Y, self.box, self.loaded = machine, Y, box, tuple(loaded)
+    def __init__(
+        self,
+        machine: Machine,
+        Y: Regressor,
+        box: Box | None = None,
+        loaded: Sequence[Response] = (),
+        laws: ExcitedLaws | None = None,
+    ) -> None:
+        """`loaded` are responses with payloads, whose torques and frames keep the limits, too; `laws` of friction."""
+        self.machine, self.Y, self.box, self.loaded, self.laws = machine, Y, box, tuple(loaded), laws
         self._motors = list(machine.motor_entries)
         self._springs = self._stiffness()
         self._values = np.array([column.value for column in Y.columns])
@@ -158,11 +168,20 @@ class Response:
         return tuple(x.label for x, known in zip(self.Y.columns, np.isfinite(self._values), strict=True) if not known)
 
     def torques(self, motion: FourierMotion) -> Array:
-        """Return the torques of the motors along one period, (samples, m), by the parameters of the machine."""
+        """Return the torques of the motors along one period, (samples, m), by the parameters of the machine.
+
+        Those of cogging, whose peaks are between samples, are not in them.
+        """
         q, qd, qdd = self.states(motion, FINER)
         felt = self.Y.torques(q, qd, qdd, range(len(self._values)), self._values) + self.Y.loads(q)
+        felt = felt + self.laws.torques((q, qd, qdd)) if self.laws else felt
         found: Array = felt[:, self._motors]
         return found
+
+    @property
+    def cogging(self) -> Array:
+        """Return the amplitudes of the cogging of motors, (m,)."""
+        return self.laws.amplitudes[self._motors] if self.laws else np.zeros(len(self._motors))
 
     def states(self, motion: FourierMotion, finer: int = 1) -> tuple[Array, Array, Array]:
         """Return q, qd, qdd (samples, n) of all joints along one period."""
@@ -210,25 +229,25 @@ def within_torques(motion: FourierMotion, torque: Sequence[Range | None], respon
         smaller = motion.scaled(share)
         each = [response, *response.loaded]
         torques = [one.torques(smaller) for one in each] if limited else []
-        of_torques = [_excess(tau[:, k], one) for tau in torques for k, one in limited]
+        of_torques = [_excess(tau[:, k], one, response.cogging[k]) for tau in torques for k, one in limited]
         return max([*of_torques, *([box.excess(one.states(smaller, FINER)[0]) for one in each] if box else [])])
 
     if not excess(1.0) > 0:
         return motion
-    if not excess(0.0) < 0:
+    if not excess(LEAST) < 0:
         return motion.scaled(0.0)
     optimize = for_identification("scipy.optimize")
-    share = float(optimize.brentq(excess, 0.0, 1.0, xtol=1e-10))
+    share, less = float(optimize.brentq(excess, LEAST, 1.0, xtol=1e-10)), 1e-6
     while excess(share) > 0:
-        share *= 1 - 1e-6
+        share, less = max(share * (1 - less), LEAST), min(2 * less, 0.5)
     return motion.scaled(share)
 
 
-def _excess(tau: Array, allowed: Range) -> float:
-    """Return by how much torques, and peaks between samples, leave a range, as a share of its half width."""
+def _excess(tau: Array, allowed: Range, cogging: float) -> float:
+    """Return by how much torques, peaks between samples and cogging leave a range, as a share of its half width."""
     middle, half = (allowed.low + allowed.high) / 2, (allowed.high - allowed.low) / 2
     mean = tau.mean()
-    return float(np.abs(mean - middle + BETWEEN_TORQUES * (tau - mean)).max()) / half - 1
+    return float(np.abs(mean - middle + BETWEEN_TORQUES * (tau - mean)).max() + cogging) / half - 1
 
 
 class Condition:
@@ -240,7 +259,9 @@ class Condition:
         refuse_unknown_labels(machine, known, self.Y.columns)
         sought = [c for c, label in enumerate(labels) if label not in known]
         structure = structural_grouping(self.Y, sought, machine)
-        self._kept = [sought[c] for c in structure.kept]
+        self._kept, laws = [sought[c] for c in structure.kept], response.laws
+        of_laws = laws.labels if laws else ()
+        self._of_laws = [k for k, label in enumerate(of_laws) if label not in known]
         W = self._stacked(reference)
         if not np.isfinite(W).all():
             what = "loops do not close all along a motion within them: give narrower positions"
@@ -251,12 +272,15 @@ class Condition:
         seen = list(independent_columns(flat, SEEN).kept)
         if not seen:
             raise machine.error("limits", "no motion within them excites a parameter")
-        self._kept, self._lengths = [self._kept[c] for c in seen], np.linalg.norm(flat[:, seen], axis=0)
+        self._lengths, count = np.linalg.norm(flat[:, seen], axis=0), len(self._kept)
+        self._of_laws = [self._of_laws[c - count] for c in seen if c >= count]
+        self._kept = [self._kept[c] for c in seen if c < count]
+        self._named = (*(labels[c] for c in self._kept), *(of_laws[k] for k in self._of_laws))
 
     @property
     def labels(self) -> tuple[str, ...]:
         """Parameters whose columns are independent on the reference motion."""
-        return tuple(self.Y.columns[c].label for c in self._kept)
+        return self._named
 
     def __call__(self, motion: FourierMotion) -> float:
         """Return the condition number of a motion."""
@@ -264,7 +288,9 @@ class Condition:
         return float(np.linalg.cond(W.reshape(-1, W.shape[2]) / self._lengths)) if np.isfinite(W).all() else math.inf
 
     def _stacked(self, motion: FourierMotion) -> Array:
-        return self.Y.evaluate(*self.response.states(motion), self._kept)
+        states, laws = self.response.states(motion), self.response.laws
+        W = self.Y.evaluate(*states, self._kept)
+        return np.concatenate([W, laws.columns(states)[:, :, self._of_laws]], axis=2) if laws else W
 
 
 def _periodic(x: Array, period: float) -> tuple[Array, Array]:
@@ -289,21 +315,23 @@ def excite(
     progress: Callable[[int, int, float], None] = lambda done, total, condition: None,
     box: Mapping[str, tuple[float, float]] | None = None,
     payloads: Mapping[str, tuple[float, float]] | None = None,
+    laws: FrictionLaws | None = None,
 ) -> Excitation:
     """An exciting trajectory: the best of random motions, then L-BFGS-B of scipy.optimize on its coefficients,
     started again beside the best until the evaluations are used up.
 
     Any coefficients are scaled into the limits, so the search is free of constraints and every motion it visits
     keeps them. `box` are ranges of positions of frames by signal (`tool.x`, m), `payloads` those of parameters by name,
-    within which limits are kept. `progress` is called with evaluations done, their number, and the best condition
-    number. `known` are labels of parameters that are not sought. Motors are independent joints
+    within which limits are kept. `laws` are of friction beyond FV and FS, and of cogging. `progress` is called with
+    evaluations done, their number, and the best condition number. `known` are labels of parameters that are not
+    sought. Motors are independent joints
     (`with_independent_motors`). Deterministic by `seed`. Raises `InputError`.
     """
     optimize = for_identification("scipy.optimize")
     _refuse_following(machine)
     if len(machine.motors) != len(limits.low):
         raise machine.error("limits", f"{len(limits.low)} given, the machine has {len(machine.motors)} motors")
-    response = _response(machine, values or {}, box or {}, payloads or {})
+    response = _response(machine, values or {}, box or {}, payloads or {}, laws or FrictionLaws())
     limits = replace(limits, torque=()) if response.unknown else limits
     tried = _drawn(response, limits, frequency, harmonics, range(seed, seed + max(1, min(starts, evaluations))))
     condition = Condition(response, tried[0], known)
@@ -318,7 +346,7 @@ def excite(
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
     each = [] if response.unknown else [one.torques(search.best) for one in (response, *response.loaded)]
-    torques = _ranges(np.concatenate(each)) if each else ()
+    torques = _ranges(np.concatenate(each), response.cogging) if each else ()
     found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels, torques)
     return replace(found, unknown=response.unknown)
 
@@ -328,12 +356,17 @@ def _response(
     values: Mapping[str, float],
     box: Mapping[str, tuple[float, float]],
     payloads: Mapping[str, tuple[float, float]],
+    laws: FrictionLaws,
 ) -> Response:
     """Return the response of a machine, and those at the corners of ranges of payloads."""
-    Y = regressor(machine, values)
+    smooth, has_laws = without_cogging(machine), laws.load or laws.stribeck or laws.cogging
+    Y = regressor(smooth, values)
     within_box = Box(Y.machine, box) if box else None
-    loaded = [Response(machine, regressor(machine, x), within_box) for x in corners(machine, values, payloads)]
-    return Response(machine, Y, within_box, loaded)
+
+    def of(Y: Regressor, values: Mapping[str, float], loaded: Sequence[Response] = ()) -> Response:
+        return Response(smooth, Y, within_box, loaded, ExcitedLaws(machine, Y, laws, values) if has_laws else None)
+
+    return of(Y, values, [of(regressor(smooth, x), x) for x in corners(smooth, values, payloads)])
 
 
 def _drawn(
@@ -363,8 +396,9 @@ def _first(limits: Limits, frequency: float, harmonics: int, seed: int, response
     return kept
 
 
-def _ranges(torques: Array) -> tuple[tuple[float, float], ...]:
-    return tuple((float(x.min()), float(x.max())) for x in torques.T)
+def _ranges(torques: Array, cogging: Array) -> tuple[tuple[float, float], ...]:
+    each = zip(torques.T, cogging.tolist(), strict=True)
+    return tuple((float(x.min()) - more, float(x.max()) + more) for x, more in each)
 
 
 def _refuse_following(machine: Machine) -> None:

@@ -157,6 +157,7 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
     if name not in motors:
         known = ", ".join(motors) or "this machine has none"
         raise InputError(table.source, f"{HEADING}, {name}", f"{name} has no motor; motors are {known}")
+    _refuse_kind(table.table(name))
     entry = table.table(name).only(DRIVES.names)
     gains = {key.name: replace(key, unit=gain_unit(key.name, joints[name])) for key in (KV, KP, TN)}
     lag, current = _current(entry)
@@ -190,6 +191,24 @@ def _drive(table: Table, name: str, machine: Machine) -> Drive:
         raise entry.fail(key, what)
     _refuse_wrong(drive, entry, machine)
     return drive
+
+
+INSTEAD = {
+    "cascade": "every drive is one: leave kind out",
+    "torque": "a motor that is left out of [drives] has its torque tau at once; a drive has Kv and Kp, which take the "
+    "torque behind them as tau, with its lag",
+    "voltage": "a voltage is no input: give current = { kp = 6, ti = 2e-3 }, the winding below [motors], and limits = "
+    "{ voltage = 48 }",
+}
+"""What stands for the kinds of drives that other tools know."""
+
+
+def _refuse_kind(entry: Table) -> None:
+    """Raise `InputError` for a kind, which follows from the keys of a drive."""
+    if "kind" in entry.entries:
+        given = str(entry.entries["kind"])
+        what = INSTEAD.get(given, f"is none of {', '.join(INSTEAD)}, and follows from the other keys: leave it out")
+        raise entry.fail("kind", f"{quote(given)}: {what}")
 
 
 def _current(entry: Table) -> tuple[Formula, CurrentControl | None]:

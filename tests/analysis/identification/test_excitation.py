@@ -322,3 +322,70 @@ def test_torques_are_kept_with_payloads_between_the_ends_of_their_range(tmp_path
 )
 def test_ranges_that_do_not_bound_torques_are_refused(tmp_path: Path, payload: str, said: str) -> None:
     assert said in refused(*QUICK, "--out", tmp_path / "a.csv", "--payload", payload)
+
+
+ARM: dict[str, Any] = {
+    "name": "arm",
+    "gravity": [0, -9.81, 0],
+    "joints": [
+        {"name": "a", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"},
+        {"name": "b", "antecedent": "a", "kind": "motor", "sigma": 0, "theta": "q2", "d": 0.5},
+    ],
+    "bodies": {
+        "a": {"mass": 3, "center_of_mass": [0.2, 0, 0], "inertia": [0.01, 0.1, 0.1]},
+        "b": {"mass": 2, "center_of_mass": [0.2, 0.02, 0], "inertia": [0.01, 0.05, 0.05]},
+    },
+}
+SMOOTH = {"a": {"viscous": 1, "coulomb": 2}, "b": {"viscous": 0.5, "coulomb": 1}}
+WITH_LAWS: dict[str, Any] = ARM | {
+    "friction": {"a": SMOOTH["a"] | {"load": 0.3}, "b": SMOOTH["b"] | {"static": 1.8, "stribeck": 0.2}},
+    "motors": {"a": {"cogging": 0.8, "cogging_order": 4, "cogging_phase": 0.4}},
+}
+WITHIN: dict[str, Any] = {"position": (-1, 1), "velocity": 2, "acceleration": 9, "sample_rate": 100.0}
+
+
+def own_laws(q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What friction and cogging of WITH_LAWS add (N, 2), and its columns (N, 2, 4) of FL1, FB2, CC1, CS1."""
+    rigid, *_ = np.atleast_2d(se.load(se.read(ARM), ["inverse_dynamics"]).inverse_dynamics(q, qd, qdd))
+    columns = np.zeros((len(q), 2, 4))
+    columns[:, 0, 0] = np.abs(rigid.reshape(len(q), 2)[:, 0]) * np.sign(qd[:, 0])
+    columns[:, 1, 1] = np.sign(qd[:, 1]) / (1 + (qd[:, 1] / 0.2) ** 2)
+    columns[:, 0, 2:] = -np.column_stack([np.cos(4 * q[:, 0]), np.sin(4 * q[:, 0])])
+    return columns @ [0.3, 0.8, 0.8 * np.sin(0.4), 0.8 * np.cos(0.4)], columns
+
+
+def test_motions_excite_friction_by_load_and_cogging() -> None:
+    """Their columns are sought, and better determined than on a motion that is designed without them."""
+    few = WITHIN | {"evaluations": 300, "seed": 0}
+    plain, asked = ARM | {"friction": SMOOTH}, {"load_friction": ["a"], "stribeck": {"b": 0.2}, "cogging": {"a": 4}}
+    found, without = se.excite(WITH_LAWS, **few), se.excite(plain, **few)
+    assert set(found.best.columns) - set(without.best.columns) == {"FL1", "FB2", "CC1", "CS1"}
+    assert se.excite(plain, **WITHIN, evaluations=1, **asked).best.columns == found.best.columns
+    regressor = se.load(se.read(plain), ["regressor"]).regressor
+
+    def stacked(one: Any) -> np.ndarray:
+        states = (one.sampled.q, one.sampled.qd, one.sampled.qdd)
+        W = np.concatenate([regressor(*states), own_laws(*states)[1]], axis=2).reshape(-1, 14)
+        return np.asarray(W[:, np.linalg.norm(W, axis=0) > 1e-9])
+
+    lengths = np.linalg.norm(stacked(without), axis=0)
+    worst = []
+    for one in (found, without):
+        W = stacked(one) / lengths
+        worst.append(np.sqrt(np.diag(np.linalg.pinv(W.T @ W))[-4:]).max())
+    assert worst[0] < 0.8 * worst[1]
+
+
+def test_torques_of_friction_by_load_and_cogging_keep_the_limits() -> None:
+    """By own formulas of these laws; without them the motion takes more than is allowed."""
+    limits = {"limits": {"a": {"torque": [-30, 30]}}}
+    found = se.excite(WITH_LAWS | limits, **WITHIN, evaluations=40)
+    smooth = se.read(ARM | {"friction": SMOOTH})
+    states = (found.sampled.q, found.sampled.qd, found.sampled.qdd)
+    tau, *_ = se.load(smooth, ["inverse_dynamics"]).inverse_dynamics(*states)
+    whole = np.asarray(tau).reshape(-1, 2) + own_laws(*states)[0]
+    assert 0.9 * 30 < np.abs(whole[:, 0]).max() < 30
+    low, high = found.best.torques[0]
+    assert low <= whole[:, 0].min() and whole[:, 0].max() <= high
+    with pytest.raises(InputError, match="gravity alone takes more"):
+        se.excite(WITH_LAWS | {"limits": {"a": {"torque": [-10, 10]}}}, **WITHIN, evaluations=5)
