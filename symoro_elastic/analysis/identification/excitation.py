@@ -345,10 +345,8 @@ def excite(
             optimize.minimize(search, start, method="L-BFGS-B", options={"eps": STEP, "maxfun": 10**6})
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
-    each = [] if response.unknown else [one.torques(search.best) for one in (response, *response.loaded)]
-    torques = _ranges(np.concatenate(each), response.cogging) if each else ()
-    found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels, torques)
-    return replace(found, unknown=response.unknown)
+    found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels)
+    return replace(found, torques=_ranges(response, search.best), unknown=response.unknown)
 
 
 def _response(
@@ -396,8 +394,12 @@ def _first(limits: Limits, frequency: float, harmonics: int, seed: int, response
     return kept
 
 
-def _ranges(torques: Array, cogging: Array) -> tuple[tuple[float, float], ...]:
-    each = zip(torques.T, cogging.tolist(), strict=True)
+def _ranges(response: Response, motion: FourierMotion) -> tuple[tuple[float, float], ...]:
+    """Return the least and the largest torque of each motor, with all payloads; none of unknown parameters."""
+    if response.unknown:
+        return ()
+    torques = np.concatenate([one.torques(motion) for one in (response, *response.loaded)])
+    each = zip(torques.T, response.cogging.tolist(), strict=True)
     return tuple((float(x.min()) - more, float(x.max()) + more) for x, more in each)
 
 
