@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symoro_elastic.codegen.c.lines import with_arguments
 from symoro_elastic.codegen.integration.methods import METHODS
-from symoro_elastic.codegen.package import EXTERNAL, Package
+from symoro_elastic.codegen.package import EXTERNAL, Argument, Package
 from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.codegen.time_steps import (
     CLOSED,
@@ -174,7 +174,7 @@ def _step(method: MethodText, variant: Variant, with_error: bool, package: Packa
         z_of_factors=_z_of_factors(variant, package),
         gains=_gains(variant, package),
         loads=loads_of(package),
-        of_passed=tuple(a.name for f in package.functions if f.name == PASSED for a in f.arguments),
+        of_passed=tuple(map(_of_friction, (a for f in package.functions if f.name == PASSED for a in f.arguments))),
     )
 
 
@@ -183,6 +183,11 @@ def _z_of_factors(variant: Variant, package: Package) -> str:
     named = (f for f in package.functions if f.name == f"implicit_factors{variant.suffix}")
     sizes = [a.size for f in named for a in f.arguments if a.name == STATES]
     return f", z[..., :{sizes[0]}]" if sizes else ""
+
+
+def _of_friction(argument: Argument) -> str:
+    """The argument of a model that takes states of friction alone, which are the first of all."""
+    return f"{STATES}[..., :{argument.size}]" if argument.name == STATES else argument.name
 
 
 def _gains(variant: Variant, package: Package) -> str:

@@ -264,6 +264,22 @@ def test_loads_of_each_state_settle_apart() -> None:
     np.testing.assert_array_equal(np.delete(qd, 3, axis=0), np.delete(wanted, 3, axis=0))
 
 
+def test_drives_with_bristles_and_loads(tmp_path: Path) -> None:
+    """A short step in numpy moves as the closed machine does under the loads that it passes then."""
+    package = trace_models(
+        with_limits(loaded(creeping(two_motors()))), Scene(models=("direct_dynamics",), steps=("rk4",))
+    ).package
+    module, rng, h = import_package(render_numpy(package), tmp_path), np.random.default_rng(8), 1e-7
+    (q, qd), z, rows = rng.normal(size=(2, 4)), rng.normal(size=len(package.states)), rng.normal(size=(4, 2))
+    z[0], load = 5e-4, np.zeros(2)
+    for _ in range(200):
+        qdd, zd, tau = module.closed_dynamics(q, qd, z, *rows, load)
+        load, _ = module.passed_torques(q, qd, z[:1], qdd, tau, load)
+    _, v, bent = module.step_rk4_drives(*(np.tile(row, (3, 1)) for row in rows), h, q, qd, z)
+    np.testing.assert_allclose((v - qd) / h, qdd, rtol=0, atol=1e-3 * np.abs(qdd).max())
+    np.testing.assert_allclose((bent - z)[0] / h, zd[0], rtol=1e-3)
+
+
 def test_the_same_in_two_calls() -> None:
     """`prepare`, then `_prepared`: what depends on parameters only is computed once."""
     of = generated("random")
