@@ -138,7 +138,7 @@ def test_even_steps_find_loads_in_each_stage() -> None:
     """Their order is kept; loads are those of adapted steps, errors those that are said."""
     made = machine(friction={"motor": LOADED | {"creep": 0.2}})
     made["bodies"]["motor"] = {"inertia_at_origin": [0, 0, BODY]}
-    given = scene(1e-9, duration=0.05, moves=MOVES[:1], servo=SERVO)
+    given = scene(1e-9, duration=0.06, moves=MOVES[:1], servo=SERVO)
     (exact,) = se.simulate(made, given, adaptive=True)
     for method, order in (("w2", 1.9), ("w3", 2.7)):
         runs = [se.simulate(made, given, method=method, step=h)[0] for h in (5e-4, 1.25e-4)]
