@@ -32,6 +32,10 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 AVERAGES = 10
 NOISE = 0.01
 LINES = 200
+LATE = 0.05
+"""Of the period of the last line: how late outputs are, by 18 degrees there."""
+HANN = np.array([0.25, 1.0, 0.25]) / np.sqrt(1.125)
+"""Of independent lines, what Welch's method with Hann's window makes of noise: neighbours are alike by 4/9."""
 MODE_ABOVE = 1.3
 """Frequency of a mode that the model has not, over the last line."""
 
@@ -192,6 +196,7 @@ CASES = {
         [], [{"motor_x": 0.3, "motor_y": 0.1}, {"motor_x": -0.2, "motor_y": -0.2}], (8, 1200),
     ),
 }  # fmt: skip
+DISTURBANCES = ("", "spikes", "mode above", "mode inside", "masses", "late", "window")
 MAIN = ("lathe", "milling arm", "ball_screw", "gantry", "two_axis")
 
 
@@ -213,26 +218,30 @@ def exact_responses(case: Case, tables: Mapping[str, Any] | None = None) -> list
     return [truth.response(at, case.hold, case.pairs, f) for at in case.positions]
 
 
-def measured_response(output: str, source: str, f: Any, G: Any, rng: np.random.Generator) -> MeasuredResponse:
-    """A response with noise, and the coherence that belongs to it."""
+def measured_response(
+    output: str, source: str, f: Any, G: Any, rng: np.random.Generator, window: bool = False
+) -> MeasuredResponse:
+    """A response with noise, and the coherence that belongs to it; with `window` that of neighbours is alike."""
     sd = NOISE * np.hypot(np.abs(G), np.median(np.abs(G))) / np.sqrt(2)
-    H = G + sd * (rng.normal(size=len(f)) + 1j * rng.normal(size=len(f)))
+    noise = rng.normal(size=len(f) + 2) + 1j * rng.normal(size=len(f) + 2)
+    noise = np.convolve(noise, HANN, "valid") if window else noise[1:-1]
+    H = G + sd * noise
     return MeasuredResponse(output, source, f, H, 1 / (1 + 2 * (AVERAGES - 1) * sd**2 / np.abs(H) ** 2))
 
 
 def measured(
     case: Case, exact: Sequence[Any], rng: np.random.Generator, spikes: float = 0.0, mode_at: float = 0.0,
-    names: str = "test",
+    names: str = "test", window: bool = False, late: float = 0.0,
 ) -> list[VibrationTest]:  # fmt: skip
-    """Tests with noise, coherence, spikes in a share of lines, and a mode that no model has at a frequency."""
+    """Tests with noise, coherence, spikes in a share of lines, a mode that no model has, outputs that are late (s)."""
     f, tests = np.geomspace(*case.band, case.lines), []
     s, w = 2j * np.pi * f, 2 * np.pi * mode_at
     for t, (at, whole) in enumerate(zip(case.positions, exact, strict=True)):
         responses = []
         for (output, source), exact_one in zip(case.pairs, whole.T, strict=True):
             size = 0.1 * np.median(np.abs(exact_one)) if mode_at else 0.0
-            G = exact_one + size * s**2 / (s**2 + 0.04 * w * s + w**2)
-            one = measured_response(output, source, f, G, rng)
+            G = (exact_one + size * s**2 / (s**2 + 0.04 * w * s + w**2)) * np.exp(-s * late)
+            one = measured_response(output, source, f, G, rng, window)
             spike = rng.uniform(3, 30, len(f)) * np.exp(2j * np.pi * rng.random(len(f)))
             H = np.where(rng.random(len(f)) < spikes, one.H * spike, one.H)
             doubt = (1 / np.asarray(one.coherence) - 1) * np.abs(
@@ -267,7 +276,10 @@ def one_fit(
     truth = labels_of(case.tables)
     spikes = 0.03 if disturbance == "spikes" else 0.0
     above = {"mode above": MODE_ABOVE * case.band[1], "mode inside": np.sqrt(case.band[0] * case.band[1])}
-    tests = measured(case, exact, rng, spikes, float(above.get(disturbance, 0.0)))
+    late = LATE / case.band[1] if disturbance == "late" else 0.0
+    tests = measured(
+        case, exact, rng, spikes, float(above.get(disturbance, 0.0)), window=disturbance == "window", late=late
+    )
     starts = {label: x * factor ** rng.uniform(-1, 1) for label, x in truth.items()}
     tables = with_labels(case.tables, starts)
     if disturbance == "masses":
@@ -399,7 +411,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=50)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--case", action="append", choices=list(CASES))
-    parser.add_argument("--disturbance", default="", choices=["", "spikes", "mode above", "mode inside", "masses"])
+    parser.add_argument("--disturbance", default="", choices=DISTURBANCES)
     parser.add_argument("--factor", type=float, default=2.0)
     parser.add_argument("--plain", action="store_true")
     parser.add_argument("--mass-doubt", type=float, default=0.0)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.analysis.updating.estimator import Fit, Lines
 from symoro_elastic.analysis.updating.measured import VibrationTest
+from symoro_elastic.analysis.updating.misfit import Fit, Lines
 from symoro_elastic.analysis.updating.predictions import Predicted
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
@@ -25,6 +25,8 @@ LEAST_CHI2 = 0.3
 """Mean square of residuals below which the noise is not what coherence and averages say."""
 CROSS_TALK = 1e-3
 """Of the largest measured output of an input, above which a response that cannot be is said."""
+LEAST_DECREASE = 0.01
+"""Of amplitudes at the last line of a channel: below it, it is not said."""
 BANDS = 40
 FARTHEST_PEAK = 0.5
 """Relative distance beyond which a predicted peak is another one."""
@@ -194,13 +196,35 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
 
 def _beside(fit: Fit) -> str:
     """Return what was fitted beside the model, and what it may stand for."""
+    without = f"(chi2 {fit.chi2_alone:.3g} without them)"
+    found = f", with delays of channels beside it {without}" if fit.delays else ""
     if not fit.beside:
-        return ""
+        return found
     return (
-        f", with smooth terms beside it, up to {100 * fit.beside:.2g} % of a response (chi2 {fit.chi2_alone:.3g} "
-        "without them): modes outside the band, which standard deviations know of, or masses that are wrong, which "
-        "they do not know of (--mass-doubt)"
+        f"{found}, with smooth terms beside it, up to {100 * fit.beside:.2g} % of a response {without}: modes outside "
+        "the band, which standard deviations know of, or masses that are wrong, which they do not know of "
+        "(--mass-doubt)"
     )
+
+
+def of_delays(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
+    """Return a line for each test whose outputs come later than those of the model by more than doubt explains."""
+    found: dict[str, list[str]] = {}
+    for one in fit.delays:
+        if one.shows:
+            fall = f", {100 * math.expm1(-one.fall):+.2g} % at its last line" if abs(one.fall) > LEAST_DECREASE else ""
+            found.setdefault(tests[one.test].name, []).append(f"{one.output} by {1e3 * one.seconds:.3g} ms{fall}")
+    why = "delays, filters or the hold of a command are fitted beside the model; measure input and output alike"
+    late = "outputs come later than those of the model"
+    return [f"{name}: {late}: {', '.join(outs)}: {why}" for name, outs in found.items()]
+
+
+def of_neighbours(fit: Fit) -> list[str]:
+    """Return a line about residuals of neighbouring lines that are alike."""
+    if fit.wider == 1.0:
+        return []
+    what = "as those of a window (Hann) are, or of a model that lacks something"
+    return [f"residuals of neighbouring lines are alike, {what}: standard deviations are {fit.wider:.2g} times wider"]
 
 
 def errors(measured: ComplexArray, predicted: ComplexArray) -> float:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.analysis.updating.estimator import Fit, Lines
 from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest
+from symoro_elastic.analysis.updating.misfit import Fit, Lines
 from symoro_elastic.analysis.updating.predictions import Predictions
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError

@@ -13,7 +13,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from symoro_elastic.analysis.updating.estimator import Fit
+from symoro_elastic.analysis.updating.misfit import Fit
 from symoro_elastic.analysis.updating.unknowns import Sought, Unknown
 from symoro_elastic.foundation.array_types import Array
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 
 from symoro_elastic.analysis.updating import doubts
-from symoro_elastic.analysis.updating.estimator import Estimator, Fit, lines_of
+from symoro_elastic.analysis.updating.estimator import Estimator, lines_of
 from symoro_elastic.analysis.updating.measured import VibrationTest
+from symoro_elastic.analysis.updating.misfit import Fit
 from symoro_elastic.analysis.updating.next_tests import Candidate, next_tests
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
 from symoro_elastic.analysis.updating.told import Found, Verdict, found_of, untold
@@ -164,10 +165,11 @@ def update(
     step("fit")
     fit = Estimator(predictions, lines, settings.robust).fit(partial(doubts.refuse_wrong, fitted))
     after = predictions.at(fit.x, slopes=False)
-    doubts.refuse_opposite(fitted, fit.lines, after)
+    if not fit.delays:
+        doubts.refuse_opposite(fitted, fit.lines, after)
     lines_about = [*notes, *sought.notes, *doubts.of_zero_pairs(fitted, zero)]
     lines_about += [*doubts.of_scale(fitted, fit.lines, after), *doubts.of_lost_modes(fitted, after)]
-    lines_about += predictions.doubts_at(fit.x)
+    lines_about += [*doubts.of_delays(fitted, fit), *doubts.of_neighbours(fit), *predictions.doubts_at(fit.x)]
     bands = doubts.lacking(fit.lines, fit)
     return Updated(
         machine, sought, fitted, tuple(test for test in tests if test.validate), settings, fit,

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.signal
 
 import symoro_elastic as se
 from symoro_elastic.analysis.updating.measured import MeasuredModes, VibrationTest
@@ -18,7 +19,7 @@ from symoro_elastic.numerics.motion.equations_of_motion import motion_of
 from tests.benchmarks import updating
 from tests.benchmarks.updating import CASES, exact_responses, labels_of, measured, one_fit
 from tests.command_line import EXAMPLES, refused, run
-from tests.references.vibrating_tables import with_labels
+from tests.references.vibrating_tables import VibratingTables, with_labels
 
 LATHE = replace(
     CASES["lathe"],
@@ -207,6 +208,40 @@ def test_a_mode_above_the_band_is_fitted_beside_the_model() -> None:
     for label, x in errors(found, labels_of(LATHE.tables)).items():
         std = next(one.relative for one in found.estimates if one.unknown.label == label)
         assert abs(x) < 4 * std, label
+
+
+def test_sampled_responses_are_told_from_springs() -> None:
+    """Forces are held over a sample, accelerations taken where they change: scipy's sampled machine is the truth."""
+    case, T = LATHE, 1 / 4096
+    f, truth = np.geomspace(*case.band, case.lines), VibratingTables(case.tables)
+    q, *matrices = truth.small_motions(case.positions[0])
+    kept = [k for k, x in enumerate(truth.variables) if x not in ("z", "x")]
+    M, D, K = (x[np.ix_(kept, kept)] for x in matrices)
+    by_M = np.linalg.solve(M, np.hstack([-K, -D, np.eye(len(kept))]))
+    n = len(kept)
+    A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), by_M[:, : 2 * n]])
+    whole = (A, np.vstack([np.zeros((n, n)), by_M[:, 2 * n :]]), by_M[:, : 2 * n], by_M[:, 2 * n :])
+    Ad, Bd, C, direct, _ = scipy.signal.cont2discrete(whole, T)
+    z = np.exp(2j * np.pi * f * T)[:, None, None]
+    G = C @ np.linalg.solve(z * np.eye(2 * n) - Ad, np.broadcast_to(Bd, (len(f), *Bd.shape))) + direct
+    rows = {name: truth._row(q, name)[kept] for pair in case.pairs for name in pair}
+    exact = np.stack([np.einsum("i,fij,j->f", rows[out], G, rows[into]) for out, into in case.pairs], axis=1)
+    found = se.update(start(), updating.measured(case, [exact], np.random.default_rng(4)))
+    assert found.fit.chi2 < 1.1 and found.fit.chi2_alone > 20
+    assert "with delays of channels beside it" in found.verdict_on_model
+    for delay in found.fit.delays:
+        assert abs(delay.seconds - T / 2) < 5 * delay.std + 1e-3 * T
+    assert "tool.ax by 0.122 ms" in next(line for line in found.notes if "outputs come later" in line)
+    for label, x in errors(found, labels_of(case.tables)).items():
+        std = next(one.relative for one in found.estimates if one.unknown.label == label)
+        assert abs(x) < 4 * std and (abs(x) < 0.002 or "damping" in label), label
+
+
+def test_neighbouring_lines_that_are_alike_widen_intervals() -> None:
+    for window in (False, True):
+        found = se.update(start(), hammer(7, window=window))
+        assert found.fit.wider == pytest.approx(np.sqrt(2.0) if window else 1.0, rel=0.1)
+        assert any("residuals of neighbouring lines are alike" in line for line in found.notes) == window
 
 
 def test_few_averages_tell_a_noise_that_is_off_itself() -> None:

@@ -1,0 +1,173 @@
+"""What a test sees beside the model, fitted with it: delays of channels, and smooth terms of what is outside the band.
+
+The channel of an output, beside that of the input, is a kernel of a mean delay t and a variance v, to second order of
+ln: G exp(-s t + s^2 v/2). That is a delay, a filter below its corner, a skew between channels, or the hold of a command
+over T: (1 - exp(-s T))/(s T) has t = T/2 and v = T^2/12. Accelerations that are sampled where the command changes have
+a direct part d that is not late: d + (G - d) exp(-s t + s^2 v/2), d real.
+
+A mode above the band adds s^n (a0 + a1 f^2 + a2 f^4 + ...), n = 0, 1, 2 for positions, velocities, accelerations: the
+residual terms of modal analysis (Ewins, Modal Testing). Coefficients are complex, for modes are damped, and unknown to
+the size of the response; intervals of parameters know of all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+
+POWERS = (0, 1, 2)
+"""Of (f / f_max)^2."""
+LARGEST_PHASE, LARGEST_FALL = 10.0, 1.0
+"""Prior standard deviations of a delay and of a variance: what they turn (rad) and lower (Np) the last line by."""
+ACCELERATION = 2
+"""How often it is derived."""
+LEAST_PHASE = 0.01
+"""Of the last line, rad: delays below it do not show."""
+PHASES = np.arange(-40, 41) * 0.25
+"""That are tried for the last line, rad."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """The output of a test: its lines by their places, and w of its last line, rad/s."""
+
+    test: int
+    output: str
+    lines: tuple[int, ...]
+    w: float
+
+
+@dataclass(frozen=True)
+class Delay:
+    """How late an output is, s, with its standard deviation; what its last line is turned (rad) and lowered (Np) by."""
+
+    test: int
+    output: str
+    seconds: float
+    std: float
+    phase: float
+    fall: float
+
+    @property
+    def shows(self) -> bool:
+        """Whether it is more than doubt explains."""
+        return abs(self.phase) > LEAST_PHASE and abs(self.seconds) > 3 * self.std
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Channels, two coefficients each, a direct part of `direct` lines, then terms (m, N) of each line.
+
+    `u` are s over |s| of the last line, `sizes` the medians of lines, which are the unit of direct parts and terms.
+    """
+
+    channels: tuple[Channel, ...] = ()
+    direct: tuple[int, ...] = ()
+    u: tuple[ComplexArray, ...] = ()
+    terms: tuple[ComplexArray, ...] = ()
+    sizes: tuple[float, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Coefficients of all lines."""
+        return 2 * len(self.channels) + len(self.direct) + sum(len(one) for one in self.terms)
+
+    @property
+    def prior(self) -> Array:
+        """Inverse variances of the coefficients."""
+        found = np.ones(self.count)
+        found[: 2 * len(self.channels)] = np.tile([LARGEST_PHASE**-2, LARGEST_FALL**-2], len(self.channels))
+        return found
+
+    def _of_channel(self, line: int) -> slice | None:
+        places = [k for k, one in enumerate(self.channels) if line in one.lines]
+        return slice(2 * places[0], 2 * places[0] + 2) if places else None
+
+    def _of_terms(self, line: int) -> slice:
+        first = 2 * len(self.channels) + len(self.direct) + sum(len(one) for one in self.terms[:line])
+        return slice(first, first + len(self.terms[line]))
+
+    def seen(self, line: int, G: ComplexArray, dG: ComplexArray | None, c: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Return what is seen of G (N) of a line, and the slopes of that by parameters (p, N) and coefficients c."""
+        none = np.zeros((0, len(G)), dtype=complex)
+        slopes = none if dG is None else dG
+        if not self.count:
+            return G, slopes
+        own = np.zeros((self.count, len(G)), dtype=complex)
+        if rows := self._of_channel(line):
+            u = self.u[line]
+            shape = np.exp(-c[rows][0] * u + c[rows][1] * u**2)
+            d = 0.0
+            if line in self.direct:
+                row = 2 * len(self.channels) + self.direct.index(line)
+                d = float(c[row]) * self.sizes[line]
+                own[row] = self.sizes[line] * (1 - shape)
+            own[rows] = -u * (G - d) * shape, u**2 * (G - d) * shape
+            G, slopes = d + (G - d) * shape, slopes * shape
+        if self.terms:
+            rows = self._of_terms(line)
+            G = G + c[rows] @ self.terms[line]
+            own[rows] = self.terms[line]
+        return G, np.concatenate([slopes, own])
+
+    def largest(self, c: Array) -> float:
+        """Return the largest root mean square of what terms add to a line, over its median response."""
+        each = ((k, one, self.sizes[k]) for k, one in enumerate(self.terms))
+        return max(
+            (float(np.sqrt(np.mean(np.abs(c[self._of_terms(k)] @ one) ** 2)) / size) for k, one, size in each),
+            default=0.0,
+        )
+
+    def delays(self, c: Array, std: Array) -> tuple[Delay, ...]:
+        """Return the delays of channels, from coefficients and their standard deviations."""
+        return tuple(
+            Delay(one.test, one.output, float(phase / one.w), float(own / one.w), float(phase), float(fall))
+            for one, phase, fall, own in zip(self.channels, c[0::2], c[1::2], std[0::2], strict=False)
+        )
+
+    def begun(self, logs: Sequence[ComplexArray]) -> Array:
+        """Return coefficients to begin with: delays that leave least of ln(G/H) of lines, whose phase is wrapped."""
+        c = np.zeros(self.count)
+        for k, one in enumerate(self.channels):
+            left = [sum(float(np.sum(np.abs(_wrapped(logs[j] - x * self.u[j])))) for j in one.lines) for x in PHASES]
+            c[2 * k] = PHASES[int(np.argmin(left))]
+        return c
+
+
+def _wrapped(logs: ComplexArray) -> ComplexArray:
+    found: ComplexArray = logs.real + 1j * ((logs.imag + math.pi) % (2 * math.pi) - math.pi)
+    return found
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A line: its test and output, frequencies and responses, and how often the output is derived."""
+
+    test: int
+    output: str
+    f: Array
+    H: ComplexArray
+    order: int
+
+
+def beside_of(lines: Sequence[Seen], channels: bool, terms: bool) -> Beside:
+    """Return what is fitted beside the model at lines; the unit of terms is the median response."""
+    outs: dict[tuple[int, str], list[int]] = {}
+    for k, line in enumerate(lines):
+        outs.setdefault((line.test, line.output), []).append(k)
+    last = {key: max(float(lines[k].f[-1]) for k in places) for key, places in outs.items()}
+    own = [Channel(*key, tuple(places), 2 * math.pi * last[key]) for key, places in outs.items()] if channels else []
+    direct = tuple(k for k, line in enumerate(lines) if channels and line.order == ACCELERATION)
+    u = tuple(1j * line.f / last[line.test, line.output] for line in lines)
+    sizes = tuple(float(np.median(np.abs(line.H))) for line in lines)
+    shapes = []
+    for line, size in zip(lines, sizes, strict=True) if terms else ():
+        v = line.f / line.f[-1]
+        each = np.array([(1j * v) ** line.order * v ** (2 * power) for power in POWERS]) * size
+        shapes.append(np.concatenate([each, 1j * each]))
+    return Beside(tuple(own), direct, u, tuple(shapes), sizes)
