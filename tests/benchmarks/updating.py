@@ -223,9 +223,8 @@ def measured_response(
 ) -> MeasuredResponse:
     """A response with noise, and the coherence that belongs to it; with `window` that of neighbours is alike."""
     sd = NOISE * np.hypot(np.abs(G), np.median(np.abs(G))) / np.sqrt(2)
-    noise = rng.normal(size=len(f) + 2) + 1j * rng.normal(size=len(f) + 2)
-    noise = np.convolve(noise, HANN, "valid") if window else noise[1:-1]
-    H = G + sd * noise
+    noise = rng.normal(size=len(f)) + 1j * rng.normal(size=len(f))
+    H = G + sd * (np.convolve(noise, HANN, "same") if window else noise)
     return MeasuredResponse(output, source, f, H, 1 / (1 + 2 * (AVERAGES - 1) * sd**2 / np.abs(H) ** 2))
 
 

@@ -163,11 +163,11 @@ def beside_of(lines: Sequence[Seen], channels: bool, terms: bool) -> Beside:
     last = {key: max(float(lines[k].f[-1]) for k in places) for key, places in outs.items()}
     own = [Channel(*key, tuple(places), 2 * math.pi * last[key]) for key, places in outs.items()] if channels else []
     direct = tuple(k for k, line in enumerate(lines) if channels and line.order == ACCELERATION)
-    u = tuple(1j * line.f / last[line.test, line.output] for line in lines)
+    u = tuple(np.asarray(1j * line.f / last[line.test, line.output], dtype=complex) for line in lines)
     sizes = tuple(float(np.median(np.abs(line.H))) for line in lines)
-    shapes = []
+    shapes: list[ComplexArray] = []
     for line, size in zip(lines, sizes, strict=True) if terms else ():
         v = line.f / line.f[-1]
         each = np.array([(1j * v) ** line.order * v ** (2 * power) for power in POWERS]) * size
-        shapes.append(np.concatenate([each, 1j * each]))
+        shapes.append(np.asarray(np.concatenate([each, 1j * each]), dtype=complex))
     return Beside(tuple(own), direct, u, tuple(shapes), sizes)

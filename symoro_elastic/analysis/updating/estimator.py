@@ -16,6 +16,7 @@ Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,6 +25,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from symoro_elastic.analysis.updating.beside import Beside, Seen, beside_of
+from symoro_elastic.analysis.updating.measured import VibrationTest
 from symoro_elastic.analysis.updating.misfit import Fit, Lines, Misfit, Residuals, differences, in_parts
 from symoro_elastic.analysis.updating.noise import deviations, is_known, usual_chi2
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
@@ -46,7 +48,7 @@ FAR_LOGARITHM = 0.05
 """Median |ln(G/H)| above which another minimum is sought where the noise is unknown."""
 LEAST_SHARE = 0.3
 """Of a pair's noise, below which a line of stage 1 gets no more weight."""
-EXPLAINED, EXPLAINED_UNKNOWN = 0.5, 0.9
+EXPLAINED, EXPLAINED_UNKNOWN = 0.1, 0.9
 """Of chi2, or of the distance where the noise is unknown, what delays leave at most where they are taken."""
 ZERO = 1e-6
 """Of the largest output of an input: a model response below it is zero."""
@@ -100,9 +102,7 @@ class Minimum:
     @property
     def is_far(self) -> bool:
         """Whether residuals are larger than noise explains, so that another minimum may be better."""
-        if not self.fit.lines:
-            return False
-        return self.fit.chi2 > self.fit.far if math.isfinite(self.fit.chi2) else self.fit.distance > FAR_LOGARITHM
+        return is_far(self.fit)
 
     @property
     def is_late(self) -> bool:
@@ -132,6 +132,13 @@ class Minimum:
         return replace(fit, covariance=fit.covariance * np.outer(wide, wide))
 
 
+def is_far(fit: Fit) -> bool:
+    """Whether residuals are larger than noise explains."""
+    if not fit.lines:
+        return False
+    return fit.chi2 > fit.far if math.isfinite(fit.chi2) else fit.distance > FAR_LOGARITHM
+
+
 def _distance(one: Minimum) -> float:
     return one.fit.distance
 
@@ -146,10 +153,10 @@ class Estimator:
         self._kernels: dict[tuple[float, bytes], Array] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
 
-    def fit(self, check: Callable[[Sequence[Lines], Sequence[Predicted]], None] = lambda *_: None) -> Fit:
+    def fit(self, check: Callable[[Fit, Sequence[Predicted]], None] = lambda *_: None) -> Fit:
         """Return the first minimum that leaves no more than noise, or the best one of the model alone.
 
-        Before others than that near the start are sought, `check` is called with lines and predictions: it may refuse
+        Before others than that near the start are sought, `check` is called with it and its predictions: it may refuse
         the tests.
         """
         alone: list[Minimum] = []
@@ -167,6 +174,29 @@ class Estimator:
         found = one.widened() if widens else one.fit
         return found if one is best else replace(found, chi2_alone=best.fit.chi2)
 
+    def distance_of(self, tests: Sequence[VibrationTest]) -> float:
+        """Return the median |ln(G/H)| of other numbers of the same responses, at the start."""
+        predicted = self.predictions.at(self.start, slopes=False, tests=tests)
+        each = [
+            np.abs(np.log(predicted[one.test].responses[one.place].G / tests[one.test].responses[one.place].H))
+            for one in self.lines
+        ]
+        return float(np.nanmedian(np.concatenate([x[one.counted] for x, one in zip(each, self.lines, strict=True)])))
+
+    def quickly(self, tests: Sequence[VibrationTest]) -> Fit | None:
+        """Return the minimum near the start for other numbers of the same responses; None where none is found."""
+        predictions = copy.copy(self.predictions)
+        predictions.tests = tuple(tests)
+        counted = [(line, tests[line.test].responses[line.place]) for line in self.lines]
+        lines = [
+            replace(line, measured=one, sd=line.sd * np.abs(one.H[line.counted]) / np.abs(line.H))
+            for line, one in counted
+        ]
+        try:
+            return self._near(replace(self.alone, predictions=predictions, lines=tuple(lines)), self.start).fit
+        except (InputError, np.linalg.LinAlgError):
+            return None
+
     def _explained(self, best: Minimum, late: list[Minimum]) -> Minimum:
         """Return the best minimum with delays of channels, where they explain most of what the model alone leaves."""
         known = math.isfinite(best.fit.chi2)
@@ -177,7 +207,7 @@ class Estimator:
         return one if size(one) < least * size(best) else best
 
     def _minima(
-        self, check: Callable[[Sequence[Lines], Sequence[Predicted]], None], alone: list[Minimum], late: list[Minimum]
+        self, check: Callable[[Fit, Sequence[Predicted]], None], alone: list[Minimum], late: list[Minimum]
     ) -> Iterator[Minimum]:
         """Yield minima in the order in which they are sought; those of the model `alone` are kept, and `late` ones.
 
@@ -189,7 +219,7 @@ class Estimator:
             return alone[-1]
 
         yield found(self.start)
-        check(alone[0].fit.lines, self.predictions.at(alone[0].x, slopes=False))
+        check(alone[0].fit, self.predictions.at(alone[0].x, slopes=False))
         for one in self._late(alone[0]):
             if one.is_late:
                 late.append(one)
@@ -313,7 +343,7 @@ class Estimator:
         kernel = self._kernel(width, line)
         G, dG = kernel @ G, dG @ kernel.T
         weight = 1 / max(float(np.median(line.sd / np.abs(line.H))), LEAST_SPREAD)
-        return in_parts(np.log(G / (kernel @ line.H)) * weight, dG / G * weight)
+        return in_parts(_log(G / (kernel @ line.H)) * weight, dG / G * weight)
 
     def _kernel(self, width: float, line: Lines) -> Array:
         """Return weights (N, N) of lines, rows that sum to 1; each line stands for the band that is nearest to it."""
@@ -334,4 +364,8 @@ def _logarithms(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:
     """Return ln(G/H), its phase wrapped; weights are bounded where lines are exact."""
     sd = line.sd / np.abs(line.H)
     weight = 1 / np.maximum(sd, LEAST_SHARE * np.median(sd))
-    return in_parts(np.log(G / line.H) * weight, dG / G * weight)
+    return in_parts(_log(G / line.H) * weight, dG / G * weight)
+
+
+def _log(x: ComplexArray) -> ComplexArray:
+    return np.asarray(np.log(x), dtype=complex)

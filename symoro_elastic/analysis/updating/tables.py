@@ -26,6 +26,8 @@ FREQUENCY_UNITS = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / (2 * math.pi)}
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 PHASE_UNITS = {"deg": math.pi / 180, "rad": 1.0}
 RATIO_UNITS = {"1": 1.0, "%": 0.01}
+MOST_RADIANS = 100.0
+"""Of a phase, unwrapped or not: what is above it is in degrees."""
 PARTS = ("re", "im", "mag", "phase", "coherence")
 COMPLEX = (("re", "im"), ("mag", "phase"))
 SAVED = ("frequencies", "G", "inputs", "outputs")
@@ -113,6 +115,11 @@ def _polar(of: Mapping[str, _Column], source: str) -> tuple[ComplexArray, str | 
     mag, phase = of["mag"], of["phase"]
     if phase.unit is None:
         raise InputError(source, phase.header, f"say whether the phase is [{'] or ['.join(PHASE_UNITS)}]")
+    largest = float(np.abs(phase.x[np.isfinite(phase.x)]).max(initial=0.0))
+    if phase.unit == "rad" and largest > MOST_RADIANS:
+        raise InputError(source, phase.header, f"up to {largest:g} rad: if these are degrees, write [deg]")
+    if phase.unit == "deg" and 0.97 * math.pi < largest <= 1.0001 * math.pi:
+        raise InputError(source, phase.header, f"up to {largest:g} deg: if these are radians, write [rad]")
     angle = phase.x * _chosen(phase.unit, PHASE_UNITS, source, phase.header)
     decibel = _DECIBEL.fullmatch(mag.unit or "")
     with np.errstate(over="ignore"):

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
-from symoro_elastic.analysis.updating import doubts
+from symoro_elastic.analysis.updating import doubts, mistakes
 from symoro_elastic.analysis.updating.estimator import Estimator, lines_of
 from symoro_elastic.analysis.updating.measured import VibrationTest
 from symoro_elastic.analysis.updating.misfit import Fit
@@ -163,12 +163,14 @@ def update(
         raise InputError(machine.label, "tests", f"{pairs}: zero in the model, so nothing is left to fit")
     doubts.refuse_far(fitted, lines, predictions.at(sought.start, slopes=False))
     step("fit")
-    fit = Estimator(predictions, lines, settings.robust).fit(partial(doubts.refuse_wrong, fitted))
+    estimator = Estimator(predictions, lines, settings.robust)
+    fit = estimator.fit(partial(_refuse_wrong, estimator, fitted))
     after = predictions.at(fit.x, slopes=False)
     if not fit.delays:
         doubts.refuse_opposite(fitted, fit.lines, after)
     lines_about = [*notes, *sought.notes, *doubts.of_zero_pairs(fitted, zero)]
     lines_about += [*doubts.of_scale(fitted, fit.lines, after), *doubts.of_lost_modes(fitted, after)]
+    lines_about += [] if fit.delays else mistakes.of_pairs(fitted, fit, after)
     lines_about += [*doubts.of_delays(fitted, fit), *doubts.of_neighbours(fit), *predictions.doubts_at(fit.x)]
     bands = doubts.lacking(fit.lines, fit)
     return Updated(
@@ -176,3 +178,11 @@ def update(
         found_of(sought, fit, settings.factor), tuple(untold(sought, fit, settings.factor)), tuple(bands),
         tuple(lines_about),
     )  # fmt: skip
+
+
+def _refuse_wrong(
+    estimator: Estimator, tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predicted]
+) -> None:
+    """Raise `InputError` for mistakes in all responses, and for pairs of another sign or unit."""
+    mistakes.refuse_mistakes(estimator, tests, fit)
+    doubts.refuse_wrong(tests, fit.lines, predicted)

@@ -187,6 +187,8 @@ WRONG_COLUMNS: list[tuple[dict[str, object], str]] = [
     ({"f": F, f"re {PAIR}": F}, "re tool.ax/tool.fx: im tool.ax/tool.fx is missing beside it"),
     ({"f": F, f"re {PAIR} [g/N]": F, f"im {PAIR}": F}, "im tool.ax/tool.fx: is in [SI], re tool.ax/tool.fx [g/N] is"),
     ({"f": F, f"mag {PAIR}": F, f"phase {PAIR}": F}, "say whether the phase is [deg] or [rad]"),
+    ({"f": F, f"mag {PAIR}": F, f"phase {PAIR} [rad]": 170 + 0 * F}, "up to 170 rad: if these are degrees, write"),
+    ({"f": F, f"mag {PAIR}": F, f"phase {PAIR} [deg]": 3.1 + 0 * F}, "up to 3.1 deg: if these are radians, write"),
     ({"f": F, f"mag {PAIR}": -F, f"phase {PAIR} [deg]": F}, "amplitudes are not negative: if these are decibels"),
     ({"f [1/min]": F, f"re {PAIR}": F, f"im {PAIR}": F}, "no unit [1/min] here: choose from Hz, kHz, rad/s"),
     (cartesian() | {"real tool.ax/tool.fx": F}, "real tool.ax/tool.fx: is no column of frequency responses, which are"),

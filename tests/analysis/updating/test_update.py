@@ -179,9 +179,37 @@ def test_a_wrong_unit_is_named() -> None:
     assert any("bed_lift.az/tool.f" in line and "times smaller" in line for line in found.notes)
 
 
+WRITTEN = {
+    "with real and imaginary parts exchanged": lambda one: replace(one, H=1j * one.H.conj()),
+    "with imaginary parts of the opposite sign": lambda one: replace(one, H=one.H.conj()),
+    "with the opposite sign": lambda one: replace(one, H=-one.H),
+    "in g, not in m/s2": lambda one: replace(one, H=one.H / 9.80665),
+    "over frequencies in rad/s, not in Hz": lambda one: replace(one, f=2 * np.pi * one.f),
+}
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("what", list(WRITTEN)[1:])
+def test_a_mistake_in_all_responses_is_named(what: str) -> None:
+    tests = [replace(t, responses=tuple(map(WRITTEN[what], t.responses))) for t in hammer()]
+    with pytest.raises(se.InputError, match=f"test 1: responses: are written {what}: only so"):
+        se.update(start(), tests)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("what", list(WRITTEN)[:2])
+def test_a_mistake_in_one_pair_is_named(what: str) -> None:
+    """The others tell the springs; the pair is named in a line."""
+    wrong = [replace(t, responses=(WRITTEN[what](t.responses[0]), *t.responses[1:])) for t in hammer()]
+    found = se.update(with_labels(LATHE.tables, {"turret.stiffness": 2.7e6}), wrong)
+    said = f"test 1: tool.ax/tool.fx does not go with the other responses: it is written {what}"
+    assert said in found.notes
+    assert max(abs(x) for label, x in errors(found, labels_of(LATHE.tables)).items() if "stiff" in label) < 0.01
+
+
 def test_what_is_measured_twice_or_not_at_all_is_refused() -> None:
     with pytest.raises(se.InputError, match=r"test 1: tool.ax/tool.fx: has the same numbers as a response of test 1"):
-        se.update(start(), [*hammer(), *hammer()])
+        se.update(start(), [*hammer(), *changed(hammer(), "tool.ax", 1 + 1e-6)])
     with pytest.raises(se.InputError, match=r"saddle.ax/tool.fx: is zero in every line, and its model is not"):
         se.update(start(), changed(hammer(), "saddle.ax", 0.0))
 
@@ -231,7 +259,7 @@ def test_sampled_responses_are_told_from_springs() -> None:
     assert "with delays of channels beside it" in found.verdict_on_model
     for delay in found.fit.delays:
         assert abs(delay.seconds - T / 2) < 5 * delay.std + 1e-3 * T
-    assert "tool.ax by 0.122 ms" in next(line for line in found.notes if "outputs come later" in line)
+    assert "tool.ax by 0.12" in next(line for line in found.notes if "outputs come later" in line)
     for label, x in errors(found, labels_of(case.tables)).items():
         std = next(one.relative for one in found.estimates if one.unknown.label == label)
         assert abs(x) < 4 * std and (abs(x) < 0.002 or "damping" in label), label

@@ -1,0 +1,104 @@
+"""What is wrong with files whose responses the model cannot explain: each usual mistake is undone and tried.
+
+A mistake of one pair is seen beside the others, at the values that these tell. A mistake of all of them needs a fit
+of its own: where it leaves no more than noise, the files are refused with its name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from symoro_elastic.analysis.updating.estimator import Estimator, is_far
+from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest
+from symoro_elastic.analysis.updating.misfit import Fit, Lines
+from symoro_elastic.analysis.updating.predictions import Predicted
+from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.errors import InputError
+
+Undone = Callable[[ComplexArray, ComplexArray], ComplexArray]
+"""A right response from a wrong one H and s = 2 pi i f."""
+ALL: dict[str, Undone] = {
+    "with the opposite sign": lambda H, s: -H,
+    "with imaginary parts of the opposite sign": lambda H, s: H.conj(),
+    "with real and imaginary parts exchanged": lambda H, s: 1j * H.conj(),
+    "in g, not in m/s2": lambda H, s: 9.80665 * H,
+    "in m/s2, not in g": lambda H, s: H / 9.80665,
+    "in mm, not in m, or in N, not in kN": lambda H, s: 1e-3 * H,
+    "in m, not in mm, or in kN, not in N": lambda H, s: 1e3 * H,
+    "as velocities, not accelerations, or displacements, not velocities": lambda H, s: s * H,
+    "as displacements, not accelerations": lambda H, s: s**2 * H,
+    "as accelerations, not velocities, or velocities, not displacements": lambda H, s: H / s,
+    "as accelerations, not displacements": lambda H, s: H / s**2,
+    "as inputs over outputs": lambda H, s: 1 / H,
+}
+"""How a response may be written, and how that is undone."""
+RADIANS = "over frequencies in rad/s, not in Hz"
+APART, NEARER, LEFT = 10.0, 0.8, 0.2
+"""Mean square of a pair over the median of the others; shares of a distance that a mistake leaves, first and fitted."""
+
+
+def refuse_mistakes(estimator: Estimator, tests: Sequence[VibrationTest], fit: Fit) -> None:
+    """Raise `InputError` where one mistake in all responses explains what the model does not at a minimum.
+
+    Tried are those that bring the tests nearer to the start.
+    """
+    if any(test.modes for test in tests):
+        return
+    least = NEARER * estimator.distance_of(tests)
+    for what, others in _undone(tests).items():
+        if estimator.distance_of(others) < least:
+            other = estimator.quickly(others)
+            if other is not None and not is_far(other) and other.distance < LEFT * fit.distance:
+                of = f"are written {what}: only so does the model explain them; correct the files"
+                raise InputError(", ".join(dict.fromkeys(test.name for test in tests)), "responses", of)
+
+
+def _undone(tests: Sequence[VibrationTest]) -> dict[str, list[VibrationTest]]:
+    """Return the tests without each mistake."""
+    found = {what: _each(tests, partial(_written, of)) for what, of in ALL.items()}
+    return found | {RADIANS: _each(tests, lambda one: replace(one, f=one.f / (2 * math.pi)))}
+
+
+def of_pairs(tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predicted]) -> list[str]:
+    """Return a line for each pair that does not go with the others, with its mistake if that is a usual one."""
+    if len(fit.lines) < 2 or not (math.isnan(fit.chi2) or fit.chi2 > fit.far):
+        return []
+    logs = [np.log(predicted[line.test].responses[line.place].G[line.counted] / line.H) for line in fit.lines]
+    sizes = [
+        float(np.median(np.abs(one * np.abs(line.H) / line.sd))) ** 2 for one, line in zip(logs, fit.lines, strict=True)
+    ]
+    found = []
+    for k, line in enumerate(fit.lines):
+        others = float(np.median(sizes[:k] + sizes[k + 1 :]))
+        if sizes[k] > APART * max(others, 1.0):
+            name = f"{tests[line.test].name}: {line.measured.output}/{line.measured.input}"
+            found.append(f"{name} does not go with the other responses{_why(line, logs[k])}")
+    return found
+
+
+def _why(line: Lines, logs: Array) -> str:
+    """Return the mistake that brings a pair near the model, or what to look at."""
+    G, s = line.H * np.exp(logs), _s(line.f)
+    left = {what: float(np.median(np.abs(np.log(G / of(line.H, s))))) for what, of in ALL.items()}
+    best = min(left, key=left.__getitem__)
+    if left[best] < LEFT * float(np.median(np.abs(logs))):
+        return f": it is written {best}"
+    times = float(np.median(np.abs(line.H / G)))
+    return f", and is {times:.3g} times the model in the median: check its columns, unit, place and direction"
+
+
+def _each(tests: Sequence[VibrationTest], of: Callable[[MeasuredResponse], MeasuredResponse]) -> list[VibrationTest]:
+    return [replace(test, responses=tuple(map(of, test.responses))) for test in tests]
+
+
+def _written(of: Undone, one: MeasuredResponse) -> MeasuredResponse:
+    return replace(one, H=of(one.H, _s(one.f)))
+
+
+def _s(f: Array) -> ComplexArray:
+    return np.asarray(2j * math.pi * f, dtype=complex)
