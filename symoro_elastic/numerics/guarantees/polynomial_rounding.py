@@ -15,6 +15,8 @@ In place of |z_i| may stand r_i, the largest power of two below its largest valu
 cosines are below 1, so theirs is 1/2: 1.5 units of the last place are 3/2 u at most. Of w_i |a_i z_i| and w_i r_i |a_i|
 each summand has the one whose largest value at the nodes of the axes is smaller; both bound it, at every state.
 
+A quotient by a constant is the product with its reciprocal, whose error is that of the constant, which is rounded, too.
+
 **The first sum, proven.** a_i z_i is a polynomial of the degrees of the result or less: its values at the nodes of all
 axes determine its coefficients (`axes.py`). Those that belong to one harmonic of each angle, cosines and sines, are the
 coefficients of a product of vectors (cos k phi, sin k phi) of length 1: their part is at most the root of the sum of
@@ -273,24 +275,24 @@ def _derivatives(program: _Program, root: Expression) -> Iterator[tuple[Expressi
         if node.id in program.known or node.operation == SYMBOL:
             continue
         for x, partial in zip(node.operands, _partials(node, [*map(program.value, node.operands)]), strict=True):
-            if type(x) is Expression and partial is not None:
+            if type(x) is Expression:
                 own = a * partial if isinstance(partial, Polynomial) else a if partial > 0 else -a
                 found[x.id] = found[x.id] + own if x.id in found else own
 
 
-def _partials(node: Expression, x: Sequence[Polynomial]) -> tuple[Polynomial | int | None, ...]:
-    """Return the derivative by each operand: a polynomial or a sign, None where the operand is a constant."""
-    found: tuple[Polynomial | int | None, ...] = _PARTIALS[node.operation](x)
+def _partials(node: Expression, x: Sequence[Polynomial]) -> tuple[Polynomial | int, ...]:
+    """Return the derivative by each operand, a polynomial or a sign; a divisor is a constant, rounded once."""
+    found: tuple[Polynomial | int, ...] = _PARTIALS[node.operation](x)
     return found
 
 
 _ONE = number(1.0, 0)
-_PARTIALS: dict[str, Callable[[Sequence[Polynomial]], tuple[Polynomial | int | None, ...]]] = {
+_PARTIALS: dict[str, Callable[[Sequence[Polynomial]], tuple[Polynomial | int, ...]]] = {
     operations.ADD: lambda x: (1, 1),
     operations.SUBTRACT: lambda x: (1, -1),
     operations.NEGATE: lambda x: (-1,),
     operations.MULTIPLY: lambda x: (x[1], x[0]),
-    operations.DIVIDE: lambda x: (_ONE / x[1], None),
+    operations.DIVIDE: lambda x: (_ONE / x[1], -(x[0] / x[1] / x[1])),
     SIN: lambda x: (circular(COS, x[0]),),
     COS: lambda x: (-circular(SIN, x[0]),),
 }

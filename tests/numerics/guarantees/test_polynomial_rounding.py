@@ -163,6 +163,15 @@ def test_a_constant_factor_counts_with_the_value() -> None:
     assert measured(x, box, 200_000, np.float64) <= rounding_bound(x, box, DOUBLE).bound
 
 
+def test_a_divisor_that_is_rounded_counts() -> None:
+    """0.4 p/(2 pi), the lead of a screw: pi is rounded, which moves the quotient."""
+    graph = Graph()
+    p = graph.symbol("p")
+    x = p / (graph.pi * 2) * Fraction(2, 5)
+    box = box_of(p=(0.02, 0.02))
+    assert measured(x, box, 10, np.float64) <= rounding_bound(x, box, DOUBLE).bound <= 4e-19
+
+
 def test_numbers_and_refusals() -> None:
     graph = Graph()
     q, x = graph.symbol("q"), graph.symbol("x")
