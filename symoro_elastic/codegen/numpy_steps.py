@@ -98,10 +98,18 @@ class NumpyStep:
 
     @property
     def found(self) -> str:
-        """The accelerations that a dynamic model finds."""
+        """The accelerations that a dynamic model finds; torques first where loads need those of motors that follow."""
         torques = [self.torques if self.loads else "_"] if self.variant.right_side == CLOSED else []
-        known = ["qdd", *(["zd"] if self.states else []), *torques]
+        driving = [self.torques] if self.variant.is_driven and self.loads else []
+        known = [*driving, "qdd", *(["zd"] if self.states else []), *torques]
         return ", ".join([*known, *(["V0d"] if self.base else [])])
+
+    @property
+    def without_torques(self) -> str:
+        """What picks the results of the inverse model that are found."""
+        if self.loads:
+            return ""
+        return "[1:]" if self.base or self.states else "[1]"
 
     @property
     def torques(self) -> str:

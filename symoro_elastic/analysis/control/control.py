@@ -14,7 +14,6 @@ from symoro_elastic.analysis.control.driven_machine import (
     States,
     default_compliances,
     driven_machine,
-    refuse_velocities,
     refuse_without_drives,
 )
 from symoro_elastic.analysis.control.export import systems_for_control
@@ -41,10 +40,11 @@ from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.drives import Drives
 from symoro_elastic.machine.formula import Formula
+from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
-from symoro_elastic.numerics.motion.signals import output_unit
+from symoro_elastic.numerics.motion.signals import OUTPUT, output_unit, positions
 
 ROUNDING = 1e-12
 """Of the peak of a compliance, below which the one at rest is that of an integral part: zero."""
@@ -172,7 +172,7 @@ def control_at(
     """
     refuse_without_drives(motion)
     signals = tuple(wanted) or default_compliances(motion.given)
-    refuse_velocities(motion.given, signals, "--output")
+    positions(with_base_coordinates(motion.given), signals, OUTPUT)
     if together:
         refuse_mixed(motion, signals)
     whole = driven_machine(motion, states, distances, damping, tune, signals, together)

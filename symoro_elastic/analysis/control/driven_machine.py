@@ -15,14 +15,14 @@ from symoro_elastic.analysis.vibration.linearization import Linearization, linea
 from symoro_elastic.analysis.vibration.modes import damped_poles
 from symoro_elastic.analysis.vibration.responses import with_modal_damping
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError, placed
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.described import drives_of
 from symoro_elastic.machine.drives import MOTOR, Drive
 from symoro_elastic.machine.free_base import with_base_coordinates
 from symoro_elastic.machine.joints import Kind
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.numerics.motion.signals import outputs
+from symoro_elastic.numerics.motion.signals import positions
 
 UNDAMPED = 1e-6
 """Of a pole: a damping ratio below is none."""
@@ -122,17 +122,8 @@ def measured_positions(machine: Machine) -> tuple[str, ...]:
     """Return the positions that drives measure in place of their motors'; raises `InputError` for other signals."""
     measured = {name: one.measured for name, one in drives_of(machine).by_motor.items() if one.measured != MOTOR}
     for motor, signal in measured.items():
-        refuse_velocities(machine, [signal], f"drives, {motor}, measured")
+        positions(with_base_coordinates(machine), [signal], f"drives, {motor}, measured")
     return tuple(dict.fromkeys(measured.values()))
-
-
-def refuse_velocities(machine: Machine, signals: Sequence[str], place: str) -> None:
-    """Raise `InputError` that names this place for signals that are no positions."""
-    with placed({"--output": place}):
-        for signal in outputs(with_base_coordinates(machine), signals):
-            if signal.order:
-                what = f"{signal.name} is no position: name one, such as tool.x or motor.q"
-                raise machine.error(place, what)
 
 
 def _position(linear: Linearization, motor: str, velocity: Array, drive: Drive) -> Array:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from symoro_elastic.analysis.identification.estimation import Unknown
 from symoro_elastic.analysis.identification.friction_laws import COSINE, LOAD, SINE, STATIC, FrictionLaws, refuse_laws
 from symoro_elastic.analysis.identification.possible import Linear
 from symoro_elastic.analysis.identification.regression import Regressor
@@ -43,7 +44,7 @@ class ExcitedLaws:
     @property
     def labels(self) -> tuple[str, ...]:
         """What the columns are of."""
-        return tuple(x.label for x in self.laws.unknowns(self.machine, self._linear))
+        return tuple(x.label for x in self._unknowns)
 
     def columns(self, motion: Motion) -> Array:
         """Return their columns along a motion, (samples, n, k)."""
@@ -51,7 +52,7 @@ class ExcitedLaws:
 
     def torques(self, motion: Motion) -> Array:
         """Return the torques of friction beyond FV and FS by the file, (samples, n); cogging is in `amplitudes`."""
-        of_friction = [k for k, x in enumerate(self._quantities) if x in (LOAD, STATIC)]
+        of_friction = [k for k, x in enumerate(self._unknowns) if x.quantity in (LOAD, STATIC)]
         if not of_friction:
             return np.zeros_like(motion[0])
         found: Array = self.columns(motion)[:, :, of_friction] @ self._numbers[of_friction]
@@ -66,9 +67,9 @@ class ExcitedLaws:
             found[self.machine.independent.index(j)] = abs(self._value(amplitude))
         return found
 
-    @property
-    def _quantities(self) -> list[str]:
-        return [x.quantity for x in self.laws.unknowns(self.machine, self._linear)]
+    @cached_property
+    def _unknowns(self) -> Sequence[Unknown]:
+        return self.laws.unknowns(self.machine, self._linear)
 
     @cached_property
     def _linear(self) -> Linear:

@@ -193,10 +193,8 @@ def _limit(modal: Modes, first: int, which: str) -> list[str]:
     if len(sharing) > 1:
         return [f"{said} {_most(whole, 0)} of its strain energy"]
     name, share = whole.largest(0)
-    stiffnesses = {
-        f"{joint.name}.stiffness": str(joint.spring.stiffness) for joint in modal.linear.motion.machine.joints
-    }
-    known = (f"{name}.stiffness", stiffnesses.get(f"{name}.stiffness"))
+    joints = modal.linear.motion.machine.joints
+    known = (f"{name}.stiffness", *(str(joint.spring.stiffness) for joint in joints if joint.name == name))
     springs = [(p, x) for p, x, _ in slopes.strongest(first, len(slopes.parameters)) if p in known and x > 0]
     gain = [f"1 % more {p} raises it by {x:.2g} %" for p, x in springs if name != GRAVITY_AND_LOADS]
     return [f"{said} {name} ({share:.0%} of its strain energy)", *gain]

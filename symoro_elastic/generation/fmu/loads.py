@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import placed
 from symoro_elastic.machine.described import DescribedMachine, drives_of
 from symoro_elastic.machine.drives import MOTOR, LoadPosition
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.bind import Bound
 from symoro_elastic.models.drives.drive_states import position_of_load
 from symoro_elastic.numerics.arrays import values_along
-from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
+from symoro_elastic.numerics.motion.signals import FrameSignal, positions
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import operand
 
@@ -39,10 +38,7 @@ def with_loads(machine: Machine, kept: Machine, q: Mapping[int, float]) -> Machi
 
 def _load(machine: Machine, j: int, measured: str, q: Mapping[int, float]) -> LoadPosition:
     place = f"drives, {machine.joint(j).name}, measured"
-    with placed({"--output": place}):
-        (signal,) = outputs(machine, [measured])
-    if signal.order:
-        raise machine.error(place, f"{signal.name} is no position: name one, such as tool.x or motor.q")
+    (signal,) = positions(machine, [measured], place)
     if machine.is_coupled:
         raise machine.error(place, "positions of the load are not simulated where joints are coupled")
     if isinstance(signal, FrameSignal) and (signal.component > 2 or machine.static):

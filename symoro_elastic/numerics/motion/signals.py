@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
-from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.errors import InputError, placed
 from symoro_elastic.machine.formula import FormulaError
 from symoro_elastic.machine.frames import FrameNames
 from symoro_elastic.machine.machine import Machine
@@ -62,6 +62,16 @@ def inputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
 def outputs(machine: Machine, names: Iterable[str]) -> list[Signal]:
     """Return outputs by name; a joint alone means its position. Raises `InputError` for unknown names."""
     return [_output(machine, " ".join(name.split())) for name in names]
+
+
+def positions(machine: Machine, names: Iterable[str], place: str) -> list[Signal]:
+    """Return outputs that are positions; raises `InputError` that names this place for others."""
+    with placed({OUTPUT: place}):
+        found = outputs(machine, names)
+    for signal in found:
+        if signal.order:
+            raise machine.error(place, f"{signal.name} is no position: name one, such as tool.x or motor.q")
+    return found
 
 
 def default_inputs(machine: Machine) -> list[str]:
