@@ -30,6 +30,7 @@ def warnings(machine: Machine, values: Mapping[str, float]) -> list[str]:
             *inertia,
             *_without_effect(joint, values),
             *_doubled_rotor(joint),
+            *_rotor_of_a_sum(machine, joint),
             *_gears(machine, joint, values),
         )
         lines += [f"joint {j} ({joint.name}): {line}" for line in found]
@@ -279,3 +280,15 @@ def _doubled_rotor(joint: Joint) -> Iterator[str]:
     balanced = XX.tree == YY.tree and all(x.is_zero for x in (XY, XZ, YZ, *joint.body.moments[:2]))
     if joint.kind == Kind.COUPLED and balanced and not (ZZ.is_zero or joint.rotor_inertia.is_zero):
         yield "inertia ZZ of the body and rotor_inertia are both counted: one of them where they are of the same rotor"
+
+
+def _rotor_of_a_sum(machine: Machine, joint: Joint) -> Iterator[str]:
+    """A motor whose cell holds other joints, too: its torque acts on its variable, its rotor turns with the sum."""
+    led = joint.selected.names & machine.variables.keys() - {joint.variable}
+    if joint.kind == Kind.MOTOR and led and not joint.rotor_inertia.is_zero:
+        cell = "r" if joint.sigma == 1 else "theta"
+        yield (
+            f"rotor_inertia moves with all of {cell}, {joint.selected} too, the torque of the motor acts on "
+            f'{joint.variable}: a rotor that moves with {joint.variable} alone is a row of its own, kind = "coupled", '
+            f'{cell} = "{joint.variable}", with the rotor_inertia'
+        )

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
@@ -450,6 +452,33 @@ def test_a_rotor_with_a_body_and_a_rotor_inertia_is_questioned() -> None:
         "same rotor"
     ]
     assert check(toml.read(text, "arm.toml")) == eccentric == []
+
+
+def test_a_rotor_that_moves_with_other_joints_than_its_torque_is_questioned() -> None:
+    """On a row whose cell is a sum: the remedy, a row of its own, gives inertia to the variable of the motor alone."""
+    joints = """joints = [
+      { name = "a", kind = "motor", sigma = 0, theta = "q1" },
+      { name = "b", antecedent = "a", kind = "motor", sigma = 0, d = 0.5, theta = "q2 - q1/2", variable = "q2" },
+      { name = "rotor", antecedent = 0, kind = "coupled", sigma = 0, theta = "q2" },
+    ]
+    [bodies]
+    a = { mass = 1, center_of_mass = [0.1, 0, 0] }
+    b = { mass = 1, center_of_mass = [0.1, 0, 0] }
+    """
+    summed = joints + "[motors]\nb = { rotor_inertia = 0.3 }"
+    apart = joints + "[motors]\nrotor = { rotor_inertia = 0.3 }"
+    (warning,) = check(toml.read(summed, "arm.toml"))
+    assert warning == (
+        "joint 2 (b): rotor_inertia moves with all of theta, -q1/2 too, the torque of the motor acts on q2: a rotor "
+        'that moves with q2 alone is a row of its own, kind = "coupled", theta = "q2", with the rotor_inertia'
+    )
+    assert check(toml.read(apart, "arm.toml")) == []
+    q = np.array([0.3, -0.4])
+    bare, added, own = (
+        se.load(toml.read(text, "arm.toml"), "inertia_matrix").inertia_matrix(q) for text in (joints, summed, apart)
+    )
+    np.testing.assert_allclose(added - bare, 0.3 * np.array([[0.25, -0.5], [-0.5, 1]]), atol=1e-15)
+    np.testing.assert_allclose(own - bare, np.diag([0, 0.3]), atol=1e-15)
 
 
 def test_frames_of_cut_joints_are_not_asked_for() -> None:
