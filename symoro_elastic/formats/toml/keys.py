@@ -250,7 +250,9 @@ SCENE = Section(
             otherwise="all",
         ),
         Key(
-            *("locked", keys.FORMULAS, "joints that are held, and the value of their variable", '{ elbow = "pi/2" }'),
+            *("locked", keys.FORMULAS),
+            "joints that are held, and the value of their variable; their springs act on nothing",
+            '{ elbow = "pi/2" }',
             default={},
             otherwise="none",
             unit="rad or m",
