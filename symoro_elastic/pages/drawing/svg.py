@@ -32,8 +32,8 @@ COVERED, CROSSED, HIDDEN = 30.0, 25.0, 60.0
 """What it costs, in px, to cover something drawn, to cross another line, to have a label on a line."""
 SHARES = np.array([[0.15], [0.3], [0.45], [0.6], [0.75], [0.9]])
 """Points of a label's line that should be outside of other labels."""
-PLENTY = 11
-"""Rings of places that are compared; further ones only where these have no room."""
+PLENTY, COMPARED = 11, 24
+"""Rings of places that are compared, further ones only where these have no room; places that are compared at once."""
 
 WIDTH, HEIGHT_MOST, MARGIN = 640.0, 460.0, 14.0
 """Of the machine itself, px; labels may stand beside it."""
@@ -245,25 +245,45 @@ def place_labels(texts: Sequence[str], anchors: Array, drawn: Array) -> list[Lab
 
 def _best(text: str, anchor: Array, anchors: Array, drawn: Array, others: Array) -> Label:
     """The place of least cost; rings grow until one has room, since paper has no end."""
-    ring = 0
-    best: tuple[float, Label] | None = None
-    while best is None or (ring < PLENTY and FIRST * GROWTH**ring < best[0]):
-        distance = FIRST * GROWTH**ring
-        labels = [_placed(text, anchor, distance, 2 * math.pi * k / DIRECTIONS) for k in range(DIRECTIONS)]
-        free = _free(np.array([label.box for label in labels]), anchors, others)
-        places = [labels[k] for k in np.flatnonzero(free)]
-        for label, cost in zip(places, _costs(places, drawn, others) if places else (), strict=True):
-            if best is None or distance + cost < best[0] - 1e-6:
-                best = distance + cost, label
+    label = _within(text, anchor, anchors, drawn, others, range(PLENTY))
+    ring = PLENTY
+    while label is None:
+        label = _within(text, anchor, anchors, drawn, others, range(ring, ring + 1))
         ring += 1
-    return best[1]
+    return label
 
 
-def _placed(text: str, anchor: Array, distance: float, angle: float) -> Label:
-    x, y = float(anchor[0]) + distance * math.cos(angle), float(anchor[1]) - distance * math.sin(angle)
-    across = math.cos(angle)
-    shift = 0.0 if across > 0.35 else -width(text) if across < -0.35 else -width(text) / 2
-    return Label(text, x + shift, y, float(anchor[0]), float(anchor[1]))
+def _within(
+    text: str, anchor: Array, anchors: Array, drawn: Array, others: Array, rings: Sequence[int]
+) -> Label | None:
+    """The first place of least cost in these rings; None where all are taken.
+
+    Places are compared by what they cost at least, by their distance and what they cover, until no other can be best.
+    """
+    x, y, distance = _places(text, anchor, rings)
+    boxes = np.stack([x, y - HEIGHT / 2, x + width(text), y + HEIGHT / 2], axis=1)
+    free = np.flatnonzero(_free(boxes, anchors, others))
+    least = distance[free] + COVERED * np.minimum(_near(boxes[free], drawn, 0.0, 0.0).sum(axis=1), 6.0)
+    cost = np.full(len(free), np.inf)
+    order = np.argsort(least, kind="stable")
+    for first in range(0, len(free), COMPARED):
+        some = order[first : first + COMPARED]
+        if least[some[0]] >= cost.min():
+            break
+        cost[some] = least[some] + _crossings(anchor, boxes[free[some]], others)
+    if not len(free):
+        return None
+    k = int(free[np.flatnonzero(cost <= cost.min() + 1e-6)[0]])
+    return Label(text, float(x[k]), float(y[k]), float(anchor[0]), float(anchor[1]))
+
+
+def _places(text: str, anchor: Array, rings: Sequence[int]) -> tuple[Array, Array, Array]:
+    """Left ends and middles of a text around its point, and how far from it, px: ring by ring, (K,) each."""
+    angles = 2 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    distance = np.repeat([FIRST * GROWTH**ring for ring in rings], DIRECTIONS)
+    across, up = np.tile(np.cos(angles), len(rings)), np.tile(np.sin(angles), len(rings))
+    shift = width(text) * np.where(across > 0.35, 0.0, np.where(across < -0.35, -1.0, -0.5))
+    return anchor[0] + distance * across + shift, anchor[1] - distance * up, distance
 
 
 def overlap(one: Sequence[float], other: Sequence[float]) -> bool:
@@ -286,17 +306,15 @@ def _free(boxes: Array, anchors: Array, others: Array) -> BoolArray:
     return free
 
 
-def _costs(places: Sequence[Label], drawn: Array, others: Array) -> list[float]:
-    """What places of one label cost, px, beside the labels (N, 8) that stand."""
-    boxes = np.array([place.box for place in places])
-    ends = np.array([place.end for place in places])
-    anchor = np.array([places[0].anchor_x, places[0].anchor_y])
-    cost = COVERED * np.minimum(_near(boxes, drawn, 0.0, 0.0).sum(axis=1), 6.0)
-    cost += CROSSED * _cross(anchor, ends, others).sum(axis=1)
+def _crossings(anchor: Array, boxes: Array, others: Array) -> Array:
+    """What places of one label (K, 4) cost, px, by lines that cross each other or texts, beside the labels (N, 8)."""
+    left, right = boxes[:, 0], boxes[:, 2]
+    near = np.where(anchor[0] <= (left + right) / 2, left - GAP, right + GAP)
+    ends = np.stack([near, (boxes[:, 1] + boxes[:, 3]) / 2], axis=1)
+    cost: Array = CROSSED * _cross(anchor, ends, others).sum(axis=1)
     cost += HIDDEN * _run_through(np.broadcast_to(anchor, ends.shape), ends, others[:, :4]).sum(axis=1)
     cost += HIDDEN * _run_through(others[:, 4:6], others[:, 6:], boxes).sum(axis=0)
-    found: list[float] = cost.tolist()
-    return found
+    return cost
 
 
 def _cross(anchor: Array, ends: Array, others: Array) -> BoolArray:
