@@ -31,7 +31,7 @@ def cli() -> None:
 
 
 LONGEST_WORD = 500
-COLLECTED_AFTER = 500_000, 50
+COLLECTED_AFTER = 2_000_000, 50
 """New objects after which Python looks for cyclic garbage, and times until it looks among older ones, too.
 
 What a command makes lives on until its end, mostly: by default a fifth of the time of a large machine goes into this.

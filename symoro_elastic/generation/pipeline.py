@@ -41,10 +41,11 @@ from symoro_elastic.models.implausible import implausible_motions
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.traced import Traced, with_steps
-from symoro_elastic.models.tracing import prune, schedule
+from symoro_elastic.models.tracing import PrunedTrace, prune, schedule
 from symoro_elastic.numerics.grouping import grouping_by_rank
 from symoro_elastic.quantities.frames import BASE
 from symoro_elastic.symbolic.memory import no_collection
+from symoro_elastic.symbolic.program import OperationCount
 
 if TYPE_CHECKING:
     from symoro_elastic.generation.reduced import ReducedModel
@@ -152,6 +153,28 @@ def programs(
 
     `choice` is that of the form of the scene, where it is known: its model is not traced again.
     """
+    scene, needed, known = _needed(machine, scene, announce, choice)
+    announce("schedule")
+    scheduled = {one.trace.model.name: schedule(one) for one in needed} | known
+    return with_steps(machine, scene, [scheduled[name] for name in models_of(scene)])
+
+
+@no_collection()
+def operation_counts(machine: Machine, scene: Scene) -> dict[str, tuple[OperationCount, OperationCount]]:
+    """Operations of each model of a scene, in a call and once for a parameter set; statements are not put in order.
+
+    Raises `InputError`.
+    """
+    scene, needed, known = _needed(machine, scene)
+    counts = {one.trace.model.name: (one.count, one.count_once) for one in needed}
+    counts |= {name: (one.program.count, one.program.count_once) for name, one in known.items()}
+    return {name: counts[name] for name in scene.models}
+
+
+def _needed(
+    machine: Machine, scene: Scene, announce: Announce = announce_nothing, choice: Choice | None = None
+) -> tuple[Scene, list[PrunedTrace], dict[str, TracedModel]]:
+    """The scene in its form, what its models need, and the models that the choice of the form has made."""
     if choice is None:
         refuse_degenerate(machine, scene)
         scene, choice = _with_form(machine, scene, announce)
@@ -159,10 +182,7 @@ def programs(
     known = {choice.traced.model.name: choice.traced} if choice else {}
     traces = trace(machine, scene, grouping_by_rank, known)
     announce("prune")
-    needed = [prune(one) for one in traces]
-    announce("schedule")
-    scheduled = {one.trace.model.name: schedule(one) for one in needed} | known
-    return with_steps(machine, scene, [scheduled[name] for name in models_of(scene)])
+    return scene, [prune(one) for one in traces], known
 
 
 @no_collection()

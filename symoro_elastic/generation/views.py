@@ -84,11 +84,11 @@ def models_json(models: Sequence[TracedModel], whole: Sequence[TracedModel]) -> 
     return counts
 
 
-def models_table(models: Sequence[TracedModel], whole: Sequence[TracedModel], title: str = "") -> Table:
+def models_table(models: Sequence[TracedModel], whole: Sequence[TracedModel]) -> Table:
     """Return operation counts of each model, beside those of the whole machine if less was requested."""
     partial = any(full is not model for model, full in zip(models, whole, strict=True))
     each = ("whole machine", "asked", "saved") if partial else ("a call",)
-    table = Table(("model", *each, "once for each parameter set"), title=title)
+    table = Table(("model", *each, "once for each parameter set"))
     for model, full in zip(models, whole, strict=True):
         counts = [operations(model.program.count)]
         if partial:

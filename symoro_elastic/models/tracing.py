@@ -53,6 +53,11 @@ class PrunedTrace:
         """Operations of a call."""
         return program.count(self.needed.nodes, Level.STATE)
 
+    @property
+    def count_once(self) -> OperationCount:
+        """Operations once for each parameter set."""
+        return program.count(self.needed.nodes, Level.PARAMETER)
+
 
 def prune(trace: Trace) -> PrunedTrace:
     """The trace without what its results do not need; on sums of angles where they are allowed and save operations."""

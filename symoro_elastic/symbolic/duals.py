@@ -23,21 +23,29 @@ class Dual:
         self.value, self.tangent = value, tangent
 
     def __add__(self, other: Value) -> Dual:
+        if _both_move(self, other):
+            return Dual(self.value + other.value, self.tangent + other.tangent)
         return _operator(ADD, self, other) if self._may_meet(other) else NotImplemented
 
     def __radd__(self, other: Value) -> Dual:
         return _operator(ADD, other, self) if self._may_meet(other) else NotImplemented
 
     def __sub__(self, other: Value) -> Dual:
+        if _both_move(self, other):
+            return Dual(self.value - other.value, self.tangent - other.tangent)
         return _operator(SUBTRACT, self, other) if self._may_meet(other) else NotImplemented
 
     def __rsub__(self, other: Value) -> Dual:
         return _operator(SUBTRACT, other, self) if self._may_meet(other) else NotImplemented
 
     def __mul__(self, other: Value) -> Dual:
+        if _both_move(self, other):
+            return Dual(self.value * other.value, other.value * self.tangent + self.value * other.tangent)
         return _operator(MULTIPLY, self, other) if self._may_meet(other) else NotImplemented
 
     def __rmul__(self, other: Value) -> Dual:
+        if type(other) is float and type(self.tangent) is not int:
+            return Dual(other * self.value, other * self.tangent)
         return _operator(MULTIPLY, other, self) if self._may_meet(other) else NotImplemented
 
     def __truediv__(self, other: Value) -> Dual:
@@ -80,6 +88,14 @@ def _on_duals(operation: str, base: Functions, functions: Functions) -> Callable
         return _applied(operation, functions, operands)
 
     return of
+
+
+def _both_move(x: Dual, y: Value) -> bool:
+    """Whether two operands are duals with tangents other than the exact 0: sums and products of these are most of all.
+
+    What they give is written out above, because `Partials` take more than half as long again.
+    """
+    return type(y) is Dual and type(x.tangent) is not int and type(y.tangent) is not int
 
 
 def _operator(operation: str, *operands: Value) -> Dual:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from html import escape
@@ -28,14 +28,12 @@ from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.pictures import Plot, picture
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
 from symoro_elastic.foundation.results import Part, Result, Table, as_html
-from symoro_elastic.generation.pipeline import programs, verify, warnings_of
-from symoro_elastic.generation.views import models_table
+from symoro_elastic.generation.pipeline import operation_counts, programs, verify, warnings_of
 from symoro_elastic.machine.described import DescribedMachine, drives_of
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.named_cells import with_values
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.views import bodies_table, drives_table, limits_table, machine_table, parameter_lines
-from symoro_elastic.models.catalogue import TracedModel
 from symoro_elastic.models.joint_axes import placed_machine
 from symoro_elastic.numerics.grouping import base_parameters
 from symoro_elastic.numerics.motion.equations_of_motion import motion_of
@@ -48,6 +46,7 @@ from symoro_elastic.pages.drawing.svg import joint_counts, picture_of, svg
 from symoro_elastic.pages.drawing.vibrations import full_shape
 from symoro_elastic.pages.equations.page import HTML, content
 from symoro_elastic.pages.show import axes_table
+from symoro_elastic.symbolic.program import OperationCount
 
 MANY_DIGITS = re.compile(r"(?<![\w.])\d+\.\d{7,}(?:e[-+]?\d+)?(?![\w.])")
 
@@ -103,9 +102,9 @@ class Subject:
         return replace(found, stiffnesses=point_stiffnesses(pushed, found))
 
     @cached_property
-    def traced(self) -> Sequence[TracedModel]:
-        """The models whose operations are counted."""
-        return programs(self.machine, Scene(models=COUNTED)).models
+    def counts(self) -> Mapping[str, tuple[OperationCount, OperationCount]]:
+        """Operations of some models, in a call and once for a parameter set."""
+        return operation_counts(self.machine, Scene(models=COUNTED))
 
     @cached_property
     def verified(self) -> Verification:
@@ -171,8 +170,7 @@ def _static_stiffness(subject: Subject) -> str:
 
 
 def _cost(subject: Subject) -> str:
-    counts = {one.model.name: operations(one.program.count) for one in subject.traced[:2]}
-    return "; ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
+    return "; ".join(f"{name.replace('_', ' ')} {operations(subject.counts[name][0])}" for name in RECURSIONS)
 
 
 def _worst_error(subject: Subject) -> str:
@@ -277,8 +275,10 @@ def _scene(subject: Subject) -> Iterator[str]:
 
 
 def _counts(subject: Subject) -> Iterator[str]:
-    traced = subject.traced
-    yield block(models_table(traced, traced, "Operations of the models"))
+    table = Table(("model", "a call", "once for each parameter set"), title="Operations of the models")
+    for name, counts in subject.counts.items():
+        table.add_row(name, *map(operations, counts))
+    yield block(table)
     yield paragraph("x products and divisions, + sums and differences")
 
 
