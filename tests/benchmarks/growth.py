@@ -23,6 +23,7 @@ from symoro_elastic.codegen.precision import DOUBLE
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
+from symoro_elastic.symbolic.memory import no_collection
 from tests.benchmarks.machines import chain
 from tests.benchmarks.ours import Code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json
@@ -68,7 +69,7 @@ def main() -> None:
 
 
 def figures_of(model: str, machine: Machine, compiles: bool, flags: Sequence[str]) -> dict[str, str | float]:
-    """Seconds of the processor for each step; generation is the better of two runs."""
+    """Seconds of the processor for each step; generation, without garbage collection, is the better of two runs."""
     scene, n = Scene(models=(model,)), len(machine.joints)
     package, traced = _timed(lambda: programs(machine, scene).package)
     made = Code(package, package.functions[0], DOUBLE)
@@ -94,6 +95,7 @@ def _call(made: Code, compiler: str, flags: Sequence[str]) -> float:
     return min(contestant.once(contestant.passes) for _ in range(ROUNDS))
 
 
+@no_collection()
 def _timed(step: Callable[[], T]) -> tuple[T, float]:
     best = math.inf
     for _ in range(2):

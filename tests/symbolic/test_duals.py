@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from fractions import Fraction
 
 import mpmath
@@ -11,11 +12,12 @@ import pytest
 
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
-from symoro_elastic.symbolic.arithmetic import FLOATS, evaluate, multiprecision
-from symoro_elastic.symbolic.duals import Dual, differentiating
+from symoro_elastic.symbolic.arithmetic import FLOATS, RATIONAL, evaluate, multiprecision
+from symoro_elastic.symbolic.duals import Dual, _applied, differentiating
 from symoro_elastic.symbolic.expression import Graph
 from symoro_elastic.symbolic.functions import arc_tangent, cosine_sine, sign, square_root
 from symoro_elastic.symbolic.gradient import gradient
+from symoro_elastic.symbolic.operations import ADD, MULTIPLY, SUBTRACT
 from tests.references.random_machines import random_machine, random_state
 from tests.references.small_motions import as_floats, differences, forces
 
@@ -155,3 +157,14 @@ def test_sums_multiply_no_tangents() -> None:
     assert (x + y).tangent == 10.0
     assert (x - 1).tangent == 3.0
     assert (x / 2).tangent == 1.5
+
+
+def test_sums_and_products_of_moving_duals_are_those_of_the_partial_derivatives_to_the_last_bit() -> None:
+    source = np.random.default_rng(25)
+    a, b, c = (Dual(float(source.normal()), source.normal(size=5)) for _ in range(3))
+    nested = (Dual(a, b), Dual(c, a))
+    for x, y in ((a, b), (b, 3.7), nested, (nested[0], c.value)):
+        for made, name in ((operator.add, ADD), (operator.sub, SUBTRACT), (operator.mul, MULTIPLY)):
+            for pair in ((x, y), (y, x)):
+                with np.printoptions(floatmode="unique"):
+                    assert repr(made(*pair)) == repr(_applied(name, RATIONAL, pair))
