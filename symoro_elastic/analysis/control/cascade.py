@@ -26,7 +26,7 @@ ROOT_2 = 2**0.5
 CURRENT = "lag of the current loop"
 
 
-def laplace(frequencies: Array) -> ComplexArray:
+def laplace(frequencies: Array | ComplexArray) -> ComplexArray:
     """Return s = 2 pi i f."""
     return (2j * np.pi * frequencies).astype(complex)
 

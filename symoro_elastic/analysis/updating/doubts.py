@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.analysis.updating.measured import VibrationTest
+from symoro_elastic.analysis.updating.measured import VibrationTest, with_windows
 from symoro_elastic.analysis.updating.misfit import Fit, Lines
 from symoro_elastic.analysis.updating.predictions import Predicted
+from symoro_elastic.analysis.updating.windows import WindowKind
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
@@ -25,6 +26,8 @@ LEAST_CHI2 = 0.3
 """Mean square of residuals below which the noise is not what coherence and averages say."""
 CROSS_TALK = 1e-3
 """Of the largest measured output of an input, above which a response that cannot be is said."""
+WINDOWED = 0.3
+"""Standard deviations by which a window that is not named changes a parameter, above which it is said."""
 LEAST_DECREASE = 0.01
 """Of amplitudes at the last line of a channel: below it, it is not said."""
 COPIED = 1e-4
@@ -233,6 +236,27 @@ def of_neighbours(fit: Fit) -> list[str]:
         return []
     what = "as those of a window (Hann) are, or of a model that lacks something"
     return [f"residuals of neighbouring lines are alike, {what}: standard deviations are {fit.wider:.2g} times wider"]
+
+
+def of_windows(given: Sequence[VibrationTest], fit: Fit, labels: Sequence[str]) -> list[str]:
+    """Return a line about tests that do not name their windows: which one is taken, and what another would change."""
+    taken = [b.window for a, b in zip(given, fit.tests, strict=True) if a.window is not b.window]
+    if not (taken or fit.under):
+        return []
+    std, changes = np.sqrt(np.diag(fit.covariance)), []
+    for kind, shift in fit.under.items():
+        k = int(np.argmax(np.abs(shift) / std))
+        if abs(shift[k]) > WINDOWED * std[k]:
+            known = ", which standard deviations know of" if kind is WindowKind.HANN else ""
+            called = "Hann's" if kind is WindowKind.HANN else "an exponential one that falls to 1 %"
+            changes.append(f"under {called}, {labels[k]} is {100 * math.expm1(shift[k]):+.2g} %{known}")
+    if not (taken or changes):
+        return []
+    doubted = with_windows(given, WindowKind.HANN) or ()
+    names = ", ".join(a.name for a, b in zip(given, doubted, strict=True) if a is not b)
+    which = "residuals tell Hann's, which is fitted" if taken else "none is taken"
+    what = "; ".join([f"{names}: no window is named, and {which}", *changes])
+    return [f'{what}: write window = "hann", {{ exponential = 0.12 }} or "none"']
 
 
 def errors(measured: ComplexArray, predicted: ComplexArray) -> float:

@@ -16,7 +16,6 @@ Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -25,10 +24,11 @@ from functools import cached_property, partial
 import numpy as np
 
 from symoro_elastic.analysis.updating.beside import Beside, Seen, beside_of
-from symoro_elastic.analysis.updating.measured import VibrationTest
+from symoro_elastic.analysis.updating.measured import VibrationTest, with_windows
 from symoro_elastic.analysis.updating.misfit import Fit, Lines, Misfit, Residuals, differences, in_parts
 from symoro_elastic.analysis.updating.noise import deviations, is_known, usual_chi2
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
+from symoro_elastic.analysis.updating.windows import WindowKind
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.numerics.motion.signals import outputs
@@ -50,6 +50,8 @@ LEAST_SHARE = 0.3
 """Of a pair's noise, below which a line of stage 1 gets no more weight."""
 EXPLAINED, EXPLAINED_UNKNOWN = 0.1, 0.9
 """Of chi2, or of the distance where the noise is unknown, what delays leave at most where they are taken."""
+TOLD = 10.0
+"""Fall of the cost that tells a window."""
 ZERO = 1e-6
 """Of the largest output of an input: a model response below it is zero."""
 
@@ -171,8 +173,35 @@ class Estimator:
             one = self._explained(best, late)
         has_modes = any(test.modes for test in self.predictions.tests)
         widens = self.lines and not (has_modes or (one.is_far and one.fit.beside))
-        found = one.widened() if widens else one.fit
+        one, under = self._behind_windows(one)
+        found = replace(one.widened() if widens else one.fit, under=under)
+        if (shift := under.get(WindowKind.HANN)) is not None:
+            found = replace(found, covariance=found.covariance + np.outer(shift, shift))
         return found if one is best else replace(found, chi2_alone=best.fit.chi2)
+
+    def _behind_windows(self, one: Minimum) -> tuple[Minimum, dict[WindowKind, Array]]:
+        """Return a minimum, or that under Hann's window if residuals tell it; changes of x under windows that may be.
+
+        Only windows that no test names are tried. Residuals tell Hann's if neither none nor an exponential one explains
+        them as well. The time constant of an exponential one is not known, so that none is ever excluded.
+        """
+        is_hann = one.misfit.predictions.tests is not self.predictions.tests
+        found = {WindowKind.HANN if is_hann else WindowKind.NONE: one}
+        for kind in (WindowKind.HANN, WindowKind.EXPONENTIAL):
+            tests = with_windows(self.predictions.tests, kind) if self.lines else None
+            if tests is None:
+                return one, {}
+            if kind not in found:
+                misfit = replace(one.misfit, predictions=self.predictions.of(tests))
+                found[kind] = Minimum(misfit, misfit.minimum(one.all, differences))
+        costs = {kind: other.fit.distance for kind, other in found.items()}
+        hann, known = costs.pop(WindowKind.HANN), math.isfinite(one.fit.chi2)
+        if known and hann < min(costs.values()) - TOLD:
+            return found[WindowKind.HANN], {}
+        under = {kind: other.x - one.x for kind, other in found.items() if other is not one}
+        if known and not is_hann and hann > costs[WindowKind.NONE] + TOLD:
+            del under[WindowKind.HANN]
+        return one, under
 
     def distance_of(self, tests: Sequence[VibrationTest]) -> float:
         """Return the median |ln(G/H)| of other numbers of the same responses, at the start."""
@@ -185,15 +214,14 @@ class Estimator:
 
     def quickly(self, tests: Sequence[VibrationTest]) -> Fit | None:
         """Return the minimum near the start for other numbers of the same responses; None where none is found."""
-        predictions = copy.copy(self.predictions)
-        predictions.tests = tuple(tests)
         counted = [(line, tests[line.test].responses[line.place]) for line in self.lines]
         lines = [
             replace(line, measured=one, sd=line.sd * np.abs(one.H[line.counted]) / np.abs(line.H))
             for line, one in counted
         ]
         try:
-            return self._near(replace(self.alone, predictions=predictions, lines=tuple(lines)), self.start).fit
+            misfit = replace(self.alone, predictions=self.predictions.of(tests), lines=tuple(lines))
+            return self._near(misfit, self.start).fit
         except (InputError, np.linalg.LinAlgError):
             return None
 
@@ -220,6 +248,7 @@ class Estimator:
 
         yield found(self.start)
         check(alone[0].fit, self.predictions.at(alone[0].x, slopes=False))
+        yield from self._under_hann()
         for one in self._late(alone[0]):
             if one.is_late:
                 late.append(one)
@@ -231,6 +260,12 @@ class Estimator:
             if best is not last:
                 yield from self._with_terms(best)
             last = best
+
+    def _under_hann(self) -> Iterator[Minimum]:
+        """Yield the minimum under Hann's window near the start, where tests do not name their windows."""
+        tests = with_windows(self.predictions.tests, WindowKind.HANN)
+        if tests is not None and self.lines:
+            yield self._near(replace(self.alone, predictions=self.predictions.of(tests)), self.start)
 
     def _beside(self, channels: bool, terms: bool) -> Beside:
         """Return what is fitted beside the model."""

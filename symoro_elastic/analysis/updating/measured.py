@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
+from symoro_elastic.analysis.updating.windows import Window, WindowKind, usual_window
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 
 
@@ -46,7 +47,8 @@ class VibrationTest:
 
     Motors in `hold` do not move; those in `pd` are driven by Kp (N m/rad or N/m) and Kv (N m s/rad or N s/m), None
     where the gains are unknown; those in `drives` by their cascades of the machine file; others are free. `averages`
-    are those of each response. With `validate` the test is predicted, not fitted.
+    are those of each response. With `validate` the test is predicted, not fitted. `window` is the one over records that
+    responses were made of, None where it is not named.
     """
 
     name: str
@@ -58,6 +60,16 @@ class VibrationTest:
     responses: tuple[MeasuredResponse, ...] = ()
     modes: MeasuredModes | None = None
     drives: tuple[str, ...] = ()
+    window: Window | None = None
+
+
+def with_windows(tests: Sequence[VibrationTest], kind: WindowKind) -> tuple[VibrationTest, ...] | None:
+    """Return the tests with this window where they name none and it may be; None where there are no such tests."""
+    found = []
+    for test in tests:
+        usual = usual_window(kind, test.responses[0].f) if test.responses and test.window is None else None
+        found.append(test if usual is None else replace(test, window=usual))
+    return tuple(found) if any(new is not old for new, old in zip(found, tests, strict=True)) else None
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,16 @@ s = max(1, 1.4826 median |r|). Unknowns are ln p, then the coefficients of what 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
 import numpy as np
 
 from symoro_elastic.analysis.updating.beside import Beside, Delay
-from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse
+from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse, VibrationTest
 from symoro_elastic.analysis.updating.predictions import Predicted, PredictedModes, Predictions
+from symoro_elastic.analysis.updating.windows import WindowKind
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 
@@ -71,7 +72,8 @@ class Fit:
     `distance` compares minima: their cost, or the median of |ln(G/H)| where the noise is unknown. Above `far` residuals
     are more than noise. Where more is fitted beside the model, `beside` is the largest smooth term over the median of
     its response, `delays` are those of channels, and `chi2_alone` is that of the model alone. Residuals of neighbouring
-    lines that are alike make standard deviations `wider` by this factor.
+    lines that are alike make standard deviations `wider` by this factor. `tests` are with the windows that they are
+    seen through; where these are not known, `under` are the changes (p,) of x under each that may be.
     """
 
     x: Array
@@ -88,6 +90,8 @@ class Fit:
     beside: float = 0.0
     delays: tuple[Delay, ...] = ()
     chi2_alone: float = math.nan
+    tests: tuple[VibrationTest, ...] = ()
+    under: Mapping[WindowKind, Array] = field(default_factory=dict)
 
 
 @dataclass
@@ -234,6 +238,7 @@ class Misfit:
             self.tally.evaluations, self.far, self.lines,
             self.cost(here.r, x, CAUCHY) if known else self._median_logarithm(here.r), wider,
             self.beside.largest(x[p:]), self.beside.delays(x[p:], np.sqrt(np.diag(covariance)[p:])),
+            tests=self.predictions.tests,
         )  # fmt: skip
 
     def _of_lines(self, r: Array) -> list[ComplexArray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ import numpy as np
 from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse, VibrationTest
 from symoro_elastic.analysis.updating.under_drives import Loop, closed_response_slopes, loops_of
 from symoro_elastic.analysis.updating.unknowns import KD, KP, Sought, gain_label, gains_in, held_in
+from symoro_elastic.analysis.updating.windows import behind
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import damped_poles
 from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes, pole_slopes, ratio_slopes
@@ -74,6 +76,12 @@ class Predictions:
         self.parameters = [name for name in sought.labels if name in self.motion.parameters]
         self._loops = loops_of(self.motion, self.parameters) if known else {}
 
+    def of(self, tests: Sequence[VibrationTest]) -> Predictions:
+        """Return predictions of other tests with the same signals."""
+        found = copy.copy(self)
+        found.tests = tuple(tests)
+        return found
+
     def at(self, x: Array, slopes: bool = True, tests: Sequence[VibrationTest] | None = None) -> list[Predicted]:
         """Return the predictions at logarithms x (p,) of the unknowns; raises `InputError` without equilibrium."""
         values = dict(zip(self.sought.labels, np.exp(x).tolist(), strict=True))
@@ -131,11 +139,16 @@ class Predictions:
         changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
         responses: list[PredictedResponse | None] = [None] * len(test.responses)
         for group in _groups(test.responses):
-            G, dG = closed_response_slopes(changed, test.responses[group[0]].f, self._closed(test))
+            f = test.responses[group[0]].f
+            window = behind(test.window, f)
+            G, dG = closed_response_slopes(changed, f if window is None else window.f, self._closed(test))
             for k in group:
                 o = linear.outputs.index(test.responses[k].output)
                 i = linear.inputs.index(test.responses[k].input)
-                responses[k] = PredictedResponse(G[:, o, i], dG[:, :, o, i] if slopes else None)
+                own, by = G[:, o, i], dG[:, :, o, i]
+                if window is not None:
+                    own, by = window.seen(own), window.seen(by)
+                responses[k] = PredictedResponse(own, by if slopes else None)
         modes = None if test.modes is None else _modes_of(changed, test.modes)
         return Predicted(tuple(one for one in responses if one is not None), modes)
 

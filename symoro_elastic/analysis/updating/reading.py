@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from symoro_elastic.analysis.updating.tables import (
     signals_in,
 )
 from symoro_elastic.analysis.updating.universal_files import SUFFIXES, read_universal_file
+from symoro_elastic.analysis.updating.windows import Window, WindowKind, segment_of
 from symoro_elastic.formats.kinds_of_files import FileKind, read_as
 from symoro_elastic.formats.toml.vibration_tests import ListedTest, read_list
 from symoro_elastic.foundation.errors import InputError
@@ -66,6 +68,8 @@ def _read(listed: ListedTest, machine: Machine) -> tuple[VibrationTest, list[str
     heads = {header.partition("[")[0].strip() for header in columns}
     if FREQUENCY in heads:
         return _with_responses(test, responses_in(columns, source), names)
+    if listed.window:
+        raise listed.fail("window", "is of frequency responses, and these are modes or a ring-down: remove it")
     if OF_MODES[0] in heads:
         return replace(test, modes=modes_in(columns, names, source, listed.band)), []
     if TIME in heads:
@@ -99,7 +103,22 @@ def _with_responses(
         raise InputError(str(listed.path), "responses", f"no response of the machine, {there}")
     if (listed.averages or 1) == 1 or any(one.coherence is None for one in responses):
         notes.append(_without_noise(listed, responses))
-    return replace(test, responses=tuple(responses)), notes
+    return replace(test, responses=tuple(responses), window=_window(listed, responses)), notes
+
+
+def _window(listed: ListedTest, responses: Sequence[MeasuredResponse]) -> Window | None:
+    """Return the window that a test names; raises `InputError` where lines do not tell the length of its segments."""
+    if listed.window is None:
+        return None
+    kind, time = WindowKind(listed.window[0]), listed.window[1]
+    if kind is WindowKind.EXPONENTIAL:
+        return Window(kind, decay=time or math.inf)
+    if kind is WindowKind.HANN:
+        time = time or segment_of(responses[0].f)
+        if time is None:
+            what = "lines are not even: give the length of segments, window = { hann = 0.5 }"
+            raise listed.fail("window", what)
+    return Window(kind, time or math.nan)
 
 
 def _without_noise(listed: ListedTest, responses: Iterable[MeasuredResponse]) -> str:

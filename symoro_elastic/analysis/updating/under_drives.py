@@ -59,7 +59,9 @@ def loops_of(motion: EquationsOfMotion, sought: Sequence[str]) -> dict[str, Loop
     return found
 
 
-def closed_response_slopes(slopes: LinearSlopes, f: Array, loops: Sequence[Loop]) -> tuple[ComplexArray, ComplexArray]:
+def closed_response_slopes(
+    slopes: LinearSlopes, f: Array | ComplexArray, loops: Sequence[Loop]
+) -> tuple[ComplexArray, ComplexArray]:
     """Return G (f, outputs, inputs) with loops closed, and its derivatives (p, f, outputs, inputs)."""
     G, dG = response_slopes(slopes, f)
     if not loops:

@@ -9,12 +9,13 @@ from functools import cached_property, partial
 
 from symoro_elastic.analysis.updating import doubts, mistakes
 from symoro_elastic.analysis.updating.estimator import Estimator, lines_of
-from symoro_elastic.analysis.updating.measured import VibrationTest
+from symoro_elastic.analysis.updating.measured import VibrationTest, with_windows
 from symoro_elastic.analysis.updating.misfit import Fit
 from symoro_elastic.analysis.updating.next_tests import Candidate, next_tests
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
 from symoro_elastic.analysis.updating.told import Found, Verdict, found_of, untold
 from symoro_elastic.analysis.updating.unknowns import Sought, sought_of
+from symoro_elastic.analysis.updating.windows import WindowKind
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.results import Result
@@ -165,19 +166,31 @@ def update(
     step("fit")
     estimator = Estimator(predictions, lines, settings.robust)
     fit = estimator.fit(partial(_refuse_wrong, estimator, fitted))
-    after = predictions.at(fit.x, slopes=False)
+    given, fitted = fitted, fit.tests
+    after = predictions.at(fit.x, slopes=False, tests=fitted)
     if not fit.delays:
         doubts.refuse_opposite(fitted, fit.lines, after)
-    lines_about = [*notes, *sought.notes, *doubts.of_zero_pairs(fitted, zero)]
-    lines_about += [*doubts.of_scale(fitted, fit.lines, after), *doubts.of_lost_modes(fitted, after)]
-    lines_about += [] if fit.delays else mistakes.of_pairs(fitted, fit, after)
-    lines_about += [*doubts.of_delays(fitted, fit), *doubts.of_neighbours(fit), *predictions.doubts_at(fit.x)]
+    lines_about = [*notes, *sought.notes, *_doubts(given, zero, fit, after), *predictions.doubts_at(fit.x)]
+    lines_about += doubts.of_windows(given, fit, sought.labels)
+    unseen = tuple(test for test in tests if test.validate)
+    unseen = (with_windows(unseen, WindowKind.HANN) if fitted is not given else None) or unseen
     bands = doubts.lacking(fit.lines, fit)
     return Updated(
-        machine, sought, fitted, tuple(test for test in tests if test.validate), settings, fit,
+        machine, sought, fitted, unseen, settings, fit,
         found_of(sought, fit, settings.factor), tuple(untold(sought, fit, settings.factor)), tuple(bands),
         tuple(lines_about),
     )  # fmt: skip
+
+
+def _doubts(
+    tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]], fit: Fit, after: Sequence[Predicted]
+) -> list[str]:
+    """Return lines about tests that do not go with the model."""
+    return [
+        *doubts.of_zero_pairs(tests, zero), *doubts.of_scale(tests, fit.lines, after),
+        *doubts.of_lost_modes(tests, after), *([] if fit.delays else mistakes.of_pairs(tests, fit, after)),
+        *doubts.of_delays(tests, fit), *doubts.of_neighbours(fit),
+    ]  # fmt: skip
 
 
 def _refuse_wrong(

@@ -117,12 +117,13 @@ def _motor_rate(motion: EquationsOfMotion, m: int) -> Scalar:
     return product(coordinates.S_x[j] if j in motion.machine.with_variable else coordinates.S[j], motion.bound.qd)
 
 
-def response_slopes(slopes: LinearSlopes, frequencies: Array) -> tuple[ComplexArray, ComplexArray]:
+def response_slopes(slopes: LinearSlopes, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Return G (f, outputs, inputs) and its derivatives (p, f, outputs, inputs) at frequencies in Hz, SI units.
 
-    Both are infinite or NaN on an undamped resonance. One solve with Z and one with Z^T a frequency.
+    Frequencies f - i a/(2 pi) are s = 2 pi i f + a. Both are infinite or NaN on an undamped resonance. One solve with
+    Z and one with Z^T a frequency.
     """
-    s = 2j * np.pi * np.asarray(frequencies, dtype=float)
+    s = np.asarray(2j * np.pi * np.asarray(frequencies), dtype=complex)
     parts = [_response_slopes(slopes, s[first : first + BLOCK]) for first in range(0, len(s), BLOCK)]
     return np.concatenate([G for G, _ in parts]), np.concatenate([dG for _, dG in parts], axis=1)
 

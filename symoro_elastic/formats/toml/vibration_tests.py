@@ -68,6 +68,40 @@ BAND = Key(
     "band", _PAIR, "frequencies that are used", "[10, 600]", default=EVERY_LINE, otherwise="all above 0", unit="Hz"
 )
 AVERAGES = Key("averages", WHOLE, "averages of each response", "10", otherwise="not known")
+NONE, HANN, EXPONENTIAL = "none", "hann", "exponential"
+
+
+def _window(table: Table, key: str) -> tuple[str, float | None]:
+    """The window with its time, s: the length of segments, or the time constant of an exponential one."""
+    if not isinstance(table.entries[key], Mapping):
+        name, times = table.text(key), (NONE, HANN)
+        if name == EXPONENTIAL:
+            what = "has a time constant, in which it falls to 1/e: a fifth of its length where it falls to 1 %"
+            raise table.fail(key, f"{what}; write {key} = {{ exponential = 0.12 }}")
+        if name not in times:
+            raise table.fail(key, f"no window {quote(name)}{did_you_mean(name, times)}")
+        return name, None
+    of = table.table(key)
+    of.only((HANN, EXPONENTIAL))
+    if len(of.entries) != 1:
+        raise table.fail(key, f"holds {len(of.entries)} windows: give {HANN} or {EXPONENTIAL}, with its time in s")
+    (name,) = of.entries
+    time = NUMBER.read(replace(of, units=table.units), name)
+    if not time > 0:
+        raise of.fail(name, f"{time:g} s: give a time above 0")
+    return name, time
+
+
+_TIMES = [{"type": "object", "properties": {name: NUMBER.schema}, "required": [name], "additionalProperties": False}
+          for name in (HANN, EXPONENTIAL)]  # fmt: skip
+WINDOW = Key(
+    "window",
+    Type('"none", "hann", table of hann or exponential', {"anyOf": [{"enum": [NONE, HANN]}, *_TIMES]}, _window),
+    "window over the records of responses: Hann's, of segments of a length, or an exponential one with a time constant",
+    "{ exponential = 0.12 }",
+    otherwise="not known: none, and what it would change is said",
+    unit="s",
+)
 VALIDATE = Key(
     "validate", TRUTH, "whether the test is predicted, and not fitted", "true", default=False, otherwise="false"
 )
@@ -80,7 +114,7 @@ RENAME = Key(
 TESTS = Section(
     "[[tests]]",
     "Vibration tests of a machine in equilibrium, by which `update` finds springs and dampers.",
-    (FILE, AT, HOLD, PD, DRIVES, BAND, AVERAGES, VALIDATE, RENAME),
+    (FILE, AT, HOLD, PD, DRIVES, BAND, AVERAGES, WINDOW, VALIDATE, RENAME),
     rows=True,
 )
 TOP = "tests"
@@ -98,6 +132,7 @@ class ListedTest:
     drives: tuple[str, ...]
     band: tuple[float, float]
     averages: int | None
+    window: tuple[str, float | None] | None
     validate: bool
     rename: Mapping[str, str]
     source: str
@@ -124,12 +159,13 @@ def _entry(table: Table, number: int, path: Path, machine: Machine) -> ListedTes
     file = table.entries.get(FILE.name)
     table = replace(table, place=f"test {number}" + (f" ({file})" if isinstance(file, str) and file else ""))
     table.only(TESTS.names)
-    found = {key.name: key.read(table) for key in TESTS.keys if key not in (AT, AVERAGES)}
+    found = {key.name: key.read(table) for key in TESTS.keys if key not in (AT, AVERAGES, WINDOW)}
     if not found["file"].strip():
         raise table.fail(FILE.name, "is empty: name the file of the measurement")
     averages = AVERAGES.read(table) if AVERAGES.name in table.entries else None
     if averages is not None and averages < 1:
         raise table.fail(AVERAGES.name, f"{averages}: a response has at least 1 average")
+    window = WINDOW.read(table) if WINDOW.name in table.entries else None
     low, high = found["band"]
     if not 0 <= low < high:
         raise table.fail(BAND.name, f"from {low:g} to {high:g} Hz: give 0 <= LOW < HIGH")
@@ -138,7 +174,7 @@ def _entry(table: Table, number: int, path: Path, machine: Machine) -> ListedTes
     drives = _with_drives(table, machine, found["drives"], {**dict.fromkeys(hold, HOLD), **dict.fromkeys(pd, PD)})
     return ListedTest(
         found["file"], path.parent / found["file"], _positions(table, machine), hold, pd, drives, found["band"],
-        averages, found["validate"], found["rename"], table.source, table.place,
+        averages, window, found["validate"], found["rename"], table.source, table.place,
     )  # fmt: skip
 
 
