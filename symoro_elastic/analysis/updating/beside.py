@@ -1,4 +1,6 @@
-"""What a test sees beside the model, fitted with it: delays of channels, and smooth terms of what is outside the band.
+"""What a test sees beside the model: factors of its outputs and inputs, delays of channels, terms of what is outside.
+
+Where sensitivities of sensors are wrong, responses are the model's times those of output and input, exp(a + b).
 
 The channel of an output, beside that of the input, is a kernel of a mean delay t and a variance v, to second order of
 ln: G exp(-s t + s^2 v/2). That is a delay, a filter below its corner, a skew between channels, or the hold of a command
@@ -26,6 +28,10 @@ LARGEST_PHASE, LARGEST_FALL = 10.0, 1.0
 """Prior standard deviations of a delay and of a variance: what they turn (rad) and lower (Np) the last line by."""
 ACCELERATION = 2
 """How often it is derived."""
+LARGEST_GAIN = 1.0
+"""Prior standard deviation of the logarithm of a factor."""
+LEAST_GAIN = 0.002
+"""Logarithm below which a factor does not show."""
 LEAST_PHASE = 0.01
 """Of the last line, rad: delays below it do not show."""
 PHASES = np.arange(-40, 41) * 0.25
@@ -60,8 +66,22 @@ class Delay:
 
 
 @dataclass(frozen=True)
+class Gain:
+    """The logarithm of the factor between a line and the model, with its standard deviation."""
+
+    line: int
+    log: float
+    std: float
+
+    @property
+    def shows(self) -> bool:
+        """Whether it is more than doubt explains."""
+        return abs(self.log) > max(LEAST_GAIN, 3 * self.std)
+
+
+@dataclass(frozen=True)
 class Beside:
-    """Channels, two coefficients each, a direct part of `direct` lines, then terms (m, N) of each line.
+    """Factors of `gains` by their lines, channels, two coefficients each, `direct` parts of lines, then terms (m, N).
 
     `u` are s over |s| of the last line, `sizes` the medians of lines, which are the unit of direct parts and terms.
     """
@@ -71,25 +91,31 @@ class Beside:
     u: tuple[ComplexArray, ...] = ()
     terms: tuple[ComplexArray, ...] = ()
     sizes: tuple[float, ...] = ()
+    gains: tuple[tuple[int, ...], ...] = ()
 
     @property
     def count(self) -> int:
         """Coefficients of all lines."""
-        return 2 * len(self.channels) + len(self.direct) + sum(len(one) for one in self.terms)
+        return len(self.gains) + 2 * len(self.channels) + len(self.direct) + sum(len(one) for one in self.terms)
 
     @property
     def prior(self) -> Array:
         """Inverse variances of the coefficients."""
-        found = np.ones(self.count)
-        found[: 2 * len(self.channels)] = np.tile([LARGEST_PHASE**-2, LARGEST_FALL**-2], len(self.channels))
+        found, first = np.ones(self.count), len(self.gains)
+        found[:first] = LARGEST_GAIN**-2
+        found[first : first + 2 * len(self.channels)] = np.tile(
+            [LARGEST_PHASE**-2, LARGEST_FALL**-2], len(self.channels)
+        )
         return found
 
     def _of_channel(self, line: int) -> slice | None:
         places = [k for k, one in enumerate(self.channels) if line in one.lines]
-        return slice(2 * places[0], 2 * places[0] + 2) if places else None
+        first = len(self.gains) + 2 * places[0] if places else 0
+        return slice(first, first + 2) if places else None
 
     def _of_terms(self, line: int) -> slice:
-        first = 2 * len(self.channels) + len(self.direct) + sum(len(one) for one in self.terms[:line])
+        first = len(self.gains) + 2 * len(self.channels) + len(self.direct)
+        first += sum(len(one) for one in self.terms[:line])
         return slice(first, first + len(self.terms[line]))
 
     def seen(self, line: int, G: ComplexArray, dG: ComplexArray | None, c: Array) -> tuple[ComplexArray, ComplexArray]:
@@ -99,12 +125,16 @@ class Beside:
         if not self.count:
             return G, slopes
         own = np.zeros((self.count, len(G)), dtype=complex)
+        if of := [k for k, lines in enumerate(self.gains) if line in lines]:
+            factor = math.exp(c[of].sum())
+            G, slopes = factor * G, factor * slopes
+            own[of] = G
         if rows := self._of_channel(line):
             u = self.u[line]
             shape = np.exp(-c[rows][0] * u + c[rows][1] * u**2)
             d = 0.0
             if line in self.direct:
-                row = 2 * len(self.channels) + self.direct.index(line)
+                row = len(self.gains) + 2 * len(self.channels) + self.direct.index(line)
                 d = float(c[row]) * self.sizes[line]
                 own[row] = self.sizes[line] * (1 - shape)
             own[rows] = -u * (G - d) * shape, u**2 * (G - d) * shape
@@ -125,17 +155,29 @@ class Beside:
 
     def delays(self, c: Array, std: Array) -> tuple[Delay, ...]:
         """Return the delays of channels, from coefficients and their standard deviations."""
+        c, std = c[len(self.gains) :], std[len(self.gains) :]
         return tuple(
             Delay(one.test, one.output, float(phase / one.w), float(own / one.w), float(phase), float(fall))
             for one, phase, fall, own in zip(self.channels, c[0::2], c[1::2], std[0::2], strict=False)
         )
 
+    def factors(self, c: Array, covariance: Array) -> tuple[Gain, ...]:
+        """Return the factors of lines, from coefficients and their covariance."""
+        found = []
+        for line in sorted({line for lines in self.gains for line in lines}):
+            of = [k for k, lines in enumerate(self.gains) if line in lines]
+            found.append(Gain(line, float(c[of].sum()), math.sqrt(covariance[np.ix_(of, of)].sum())))
+        return tuple(found)
+
     def begun(self, logs: Sequence[ComplexArray]) -> Array:
-        """Return coefficients to begin with: delays that leave least of ln(G/H) of lines, whose phase is wrapped."""
+        """Return coefficients to begin with: factors, and delays that leave least of ln(G/H), its phase wrapped."""
         c = np.zeros(self.count)
+        if self.gains:
+            belongs = np.array([[float(line in lines) for lines in self.gains] for line in range(len(logs))])
+            c[: len(self.gains)] = np.linalg.lstsq(belongs, [-np.median(one.real) for one in logs], rcond=None)[0]
         for k, one in enumerate(self.channels):
             left = [sum(float(np.sum(np.abs(_wrapped(logs[j] - x * self.u[j])))) for j in one.lines) for x in PHASES]
-            c[2 * k] = PHASES[int(np.argmin(left))]
+            c[len(self.gains) + 2 * k] = PHASES[int(np.argmin(left))]
         return c
 
 
@@ -146,10 +188,11 @@ def _wrapped(logs: ComplexArray) -> ComplexArray:
 
 @dataclass(frozen=True)
 class Seen:
-    """A line: its test and output, frequencies and responses, and how often the output is derived."""
+    """A line: its test, output and input, frequencies and responses, and how often the output is derived."""
 
     test: int
     output: str
+    input: str
     f: Array
     H: ComplexArray
     order: int
@@ -171,3 +214,12 @@ def beside_of(lines: Sequence[Seen], channels: bool, terms: bool) -> Beside:
         each = np.array([(1j * v) ** line.order * v ** (2 * power) for power in POWERS]) * size
         shapes.append(np.asarray(np.concatenate([each, 1j * each]), dtype=complex))
     return Beside(tuple(own), direct, u, tuple(shapes), sizes)
+
+
+def gains_of(lines: Sequence[Seen]) -> Beside:
+    """Return the factors of outputs and inputs of tests; those of all lines of a test are in both."""
+    groups: dict[tuple[int, str], list[int]] = {}
+    for k, line in enumerate(lines):
+        for name in (line.output, line.input):
+            groups.setdefault((line.test, name), []).append(k)
+    return Beside(gains=tuple(tuple(places) for places in groups.values()))

@@ -26,6 +26,8 @@ LEAST_CHI2 = 0.3
 """Mean square of residuals below which the noise is not what coherence and averages say."""
 CROSS_TALK = 1e-3
 """Of the largest measured output of an input, above which a response that cannot be is said."""
+SAME_FACTOR = 0.01
+"""Largest difference of logarithms of factors that are called one."""
 WINDOWED = 0.3
 """Standard deviations by which a window that is not named changes a parameter, above which it is said."""
 LEAST_DECREASE = 0.01
@@ -209,6 +211,7 @@ def _beside(fit: Fit) -> str:
     """Return what was fitted beside the model, and what it may stand for."""
     without = f"(chi2 {fit.chi2_alone:.3g} without them)"
     found = f", with delays of channels beside it {without}" if fit.delays else ""
+    found += f", with factors of channels beside it {without}" if fit.gains else ""
     if not fit.beside:
         return found
     return (
@@ -228,6 +231,25 @@ def of_delays(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     why = "delays, filters or the hold of a command are fitted beside the model; measure input and output alike"
     late = "outputs come later than those of the model"
     return [f"{name}: {late}: {', '.join(outs)}: {why}" for name, outs in found.items()]
+
+
+def of_gains(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
+    """Return a line for each test with the factors between its responses and those of the model."""
+    found: dict[str, list[tuple[str, float]]] = {}
+    for one in fit.gains:
+        line, size = fit.lines[one.line], math.exp(one.log)
+        found.setdefault(tests[line.test].name, []).append((_pair(line), size if one.shows else 1.0))
+    said = []
+    for name, each in found.items():
+        sizes = np.array([size for _, size in each])
+        if np.ptp(np.log(sizes)) < SAME_FACTOR:
+            what = f"responses are {np.median(sizes):.4g} times those of the model"
+        else:
+            what = "responses are those of the model times "
+            what += ", ".join(f"{size:.4g} ({pair})" for pair, size in each if size != 1)
+        why = "factors are fitted beside it: check sensitivities and units, or masses of the file"
+        said += [f"{name}: {what}: {why}"] if (sizes != 1).any() else []
+    return said
 
 
 def of_neighbours(fit: Fit) -> list[str]:

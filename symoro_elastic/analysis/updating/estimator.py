@@ -7,9 +7,9 @@ If residuals stay large, again from the best points on lines along each unknown.
 smoothed over frequency at first, less and less: by Poisson's kernel a w/((a w)^2 + (w - v)^2), which is what more
 damping does to a response. G and H are smoothed alike, over the lines there are, so that nothing outside the band is
 missing. Then from where two springs have exchanged their values, and from a scan within the prior. Before all that,
-delays of channels are fitted beside the model, and between, terms of modes outside the band. The first minimum that
-leaves no more than noise is taken, else the best one of the model alone, or of the model with delays if these explain
-most of the rest.
+factors and delays of channels are fitted beside the model, and between, terms of modes outside the band. The first
+minimum that leaves no more than noise is taken, else the best one of the model alone, or of the model with factors or
+delays if these explain most of the rest.
 
 Balmes 1993 and Lin and Ewins 1994 for residuals of logarithms.
 """
@@ -23,7 +23,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from symoro_elastic.analysis.updating.beside import Beside, Seen, beside_of
+from symoro_elastic.analysis.updating.beside import Seen, beside_of, gains_of
 from symoro_elastic.analysis.updating.measured import VibrationTest, with_windows
 from symoro_elastic.analysis.updating.misfit import Fit, Lines, Misfit, Residuals, differences, in_parts
 from symoro_elastic.analysis.updating.noise import deviations, is_known, usual_chi2
@@ -50,6 +50,8 @@ LEAST_SHARE = 0.3
 """Of a pair's noise, below which a line of stage 1 gets no more weight."""
 EXPLAINED, EXPLAINED_UNKNOWN = 0.1, 0.9
 """Of chi2, or of the distance where the noise is unknown, what delays leave at most where they are taken."""
+CLEARLY_NOISE = 1.08
+"""chi2 below which nothing is left to explain."""
 TOLD = 10.0
 """Fall of the cost that tells a window."""
 ZERO = 1e-6
@@ -107,9 +109,16 @@ class Minimum:
         return is_far(self.fit)
 
     @property
-    def is_late(self) -> bool:
-        """Whether delays of channels show."""
-        return any(delay.shows for delay in self.fit.delays)
+    def is_of_channels(self) -> bool:
+        """Whether factors or delays of channels show."""
+        return any(one.shows for one in (*self.fit.delays, *self.fit.gains))
+
+    @property
+    def criterion(self) -> float:
+        """Schwarz's criterion, over two: the cost, and what each unknown beside the model would explain of noise."""
+        if not math.isfinite(self.fit.chi2):
+            return self.fit.distance
+        return self.fit.distance + 0.5 * self.misfit.beside.count * math.log(max(len(self.fit.residuals), 1))
 
     def widened(self) -> Fit:
         """Return the fit with intervals that hold values far off, where these explain the tests as well.
@@ -153,6 +162,7 @@ class Estimator:
         far = usual_chi2([test.averages for test in predictions.tests if test.averages])
         self.alone = Misfit(predictions, self.lines, far, robust)
         self._kernels: dict[tuple[float, bytes], Array] = {}
+        self._at_start: dict[bytes, list[Predicted]] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
 
     def fit(self, check: Callable[[Fit, Sequence[Predicted]], None] = lambda *_: None) -> Fit:
@@ -162,15 +172,15 @@ class Estimator:
         the tests.
         """
         alone: list[Minimum] = []
-        late: list[Minimum] = []
-        for one in self._minima(check, alone, late):
+        beside: list[Minimum] = []
+        for one in self._minima(check, alone, beside):
             if not one.is_far:
                 break
         else:
             one = min(alone, key=_distance)
         best = min(alone, key=_distance)
         if one is best and self.lines:
-            one = self._explained(best, late)
+            one = self._explained(best, beside)
         has_modes = any(test.modes for test in self.predictions.tests)
         widens = self.lines and not (has_modes or (one.is_far and one.fit.beside))
         one, under = self._behind_windows(one)
@@ -205,7 +215,10 @@ class Estimator:
 
     def distance_of(self, tests: Sequence[VibrationTest]) -> float:
         """Return the median |ln(G/H)| of other numbers of the same responses, at the start."""
-        predicted = self.predictions.at(self.start, slopes=False, tests=tests)
+        f = b"".join(one.f.tobytes() for test in tests for one in test.responses)
+        if f not in self._at_start:
+            self._at_start[f] = self.predictions.at(self.start, slopes=False, tests=tests)
+        predicted = self._at_start[f]
         each = [
             np.abs(np.log(predicted[one.test].responses[one.place].G / tests[one.test].responses[one.place].H))
             for one in self.lines
@@ -225,19 +238,19 @@ class Estimator:
         except (InputError, np.linalg.LinAlgError):
             return None
 
-    def _explained(self, best: Minimum, late: list[Minimum]) -> Minimum:
+    def _explained(self, best: Minimum, beside: list[Minimum]) -> Minimum:
         """Return the best minimum with delays of channels, where they explain most of what the model alone leaves."""
         known = math.isfinite(best.fit.chi2)
-        if not known and not late:
-            late = [one for one in self._late(best) if one.is_late]
+        if not known and not beside:
+            beside = [one for one in self._of_channels(best) if one.is_of_channels]
         size, least = (_chi2, EXPLAINED) if known else (_distance, EXPLAINED_UNKNOWN)
-        one = min(late, key=size, default=best)
+        one = min(beside, key=size, default=best)
         return one if size(one) < least * size(best) else best
 
     def _minima(
-        self, check: Callable[[Fit, Sequence[Predicted]], None], alone: list[Minimum], late: list[Minimum]
+        self, check: Callable[[Fit, Sequence[Predicted]], None], alone: list[Minimum], beside: list[Minimum]
     ) -> Iterator[Minimum]:
-        """Yield minima in the order in which they are sought; those of the model `alone` are kept, and `late` ones.
+        """Yield minima in the order in which they are sought; those of the model `alone` are kept, and `beside` it.
 
         Beside each stands the one with terms of what is outside the band: in a wrong minimum these explain no more.
         """
@@ -249,10 +262,8 @@ class Estimator:
         yield found(self.start)
         check(alone[0].fit, self.predictions.at(alone[0].x, slopes=False))
         yield from self._under_hann()
-        for one in self._late(alone[0]):
-            if one.is_late:
-                late.append(one)
-                yield one
+        beside += [one for one in self._of_channels(alone[0]) if one.is_of_channels]
+        yield from sorted(beside, key=_criterion)
         last = None
         for starts in (self._along_axes, self._from_smoothed, self._exchanged, self._scanned):
             yield from map(found, starts(min(alone, key=_distance).fit))
@@ -267,32 +278,44 @@ class Estimator:
         if tests is not None and self.lines:
             yield self._near(replace(self.alone, predictions=self.predictions.of(tests)), self.start)
 
-    def _beside(self, channels: bool, terms: bool) -> Beside:
-        """Return what is fitted beside the model."""
+    @cached_property
+    def _seen(self) -> list[Seen]:
+        """The lines as what is beside the model sees them."""
         machine = self.predictions.motion.given
-        seen = [
-            Seen(line.test, line.measured.output, line.f, line.H, outputs(machine, [line.measured.output])[0].order)
+        return [
+            Seen(
+                *(line.test, line.measured.output, line.measured.input, line.f, line.H),
+                outputs(machine, [line.measured.output])[0].order,
+            )
             for line in self.lines
         ]
-        return beside_of(seen, channels, terms)
 
-    def _late(self, found: Minimum) -> Iterator[Minimum]:
-        """Yield minima with delays of channels beside the model, near one of the model alone and near the start."""
-        if self.lines:
-            misfit = replace(self.alone, beside=self._beside(channels=True, terms=False))
-            for x in (found.x, self.start):
+    def _of_channels(self, found: Minimum) -> Iterator[Minimum]:
+        """Yield minima with factors or delays of channels, near one of the model alone and near the start.
+
+        A factor that is right leaves no more than noise; then no delay is sought.
+        """
+        for beside, starts in (
+            (gains_of(self._seen), (self.start,)),
+            (beside_of(self._seen, channels=True, terms=False), (found.x, self.start)),
+        ):
+            misfit = replace(self.alone, beside=beside)
+            for x in starts if self.lines else ():
                 predicted = self.predictions.at(x, slopes=False)
                 each = [
                     np.log(predicted[line.test].responses[line.place].G[line.counted] / line.H) for line in self.lines
                 ]
-                yield self._near(misfit, np.concatenate([x, misfit.beside.begun(each)]))
+                one = self._near(misfit, np.concatenate([x, misfit.beside.begun(each)]))
+                yield one
+                if one.is_of_channels and one.fit.gains and one.fit.chi2 < CLEARLY_NOISE:
+                    return
 
     def _with_terms(self, found: Minimum) -> Iterator[Minimum]:
         """Yield the minima near one of the model alone with terms of what is outside the band, and delays as well."""
         if not (self.lines and math.isfinite(found.fit.chi2)):
             return
         for channels in (False, True):
-            misfit = replace(found.misfit, beside=self._beside(channels, terms=True))
+            misfit = replace(found.misfit, beside=beside_of(self._seen, channels, terms=True))
             x = np.concatenate([found.x, np.zeros(misfit.beside.count)])
             yield Minimum(misfit, misfit.minimum(x, differences))
 
@@ -389,6 +412,10 @@ class Estimator:
             kernel = share * width * f[:, None] / ((width * f[:, None]) ** 2 + (f[:, None] - f) ** 2)
             self._kernels[key] = kernel / kernel.sum(axis=1, keepdims=True)
         return self._kernels[key]
+
+
+def _criterion(one: Minimum) -> float:
+    return one.criterion
 
 
 def _chi2(one: Minimum) -> float:

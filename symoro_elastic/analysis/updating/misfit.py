@@ -13,7 +13,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from symoro_elastic.analysis.updating.beside import Beside, Delay
+from symoro_elastic.analysis.updating.beside import Beside, Delay, Gain
 from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse, VibrationTest
 from symoro_elastic.analysis.updating.predictions import Predicted, PredictedModes, Predictions
 from symoro_elastic.analysis.updating.windows import WindowKind
@@ -71,9 +71,9 @@ class Fit:
     `chi2` is the mean square of residuals, 1 for a model that is as exact as the data; NaN where the noise is unknown.
     `distance` compares minima: their cost, or the median of |ln(G/H)| where the noise is unknown. Above `far` residuals
     are more than noise. Where more is fitted beside the model, `beside` is the largest smooth term over the median of
-    its response, `delays` are those of channels, and `chi2_alone` is that of the model alone. Residuals of neighbouring
-    lines that are alike make standard deviations `wider` by this factor. `tests` are with the windows that they are
-    seen through; where these are not known, `under` are the changes (p,) of x under each that may be.
+    its response, `delays` are those of channels, `gains` factors of lines, and `chi2_alone` is that of the model alone.
+    Residuals of neighbouring lines that are alike make standard deviations `wider` by this factor. `tests` are with the
+    windows that they are seen through; where these are not known, `under` are the changes (p,) of x under others.
     """
 
     x: Array
@@ -89,6 +89,7 @@ class Fit:
     wider: float = 1.0
     beside: float = 0.0
     delays: tuple[Delay, ...] = ()
+    gains: tuple[Gain, ...] = ()
     chi2_alone: float = math.nan
     tests: tuple[VibrationTest, ...] = ()
     under: Mapping[WindowKind, Array] = field(default_factory=dict)
@@ -238,7 +239,7 @@ class Misfit:
             self.tally.evaluations, self.far, self.lines,
             self.cost(here.r, x, CAUCHY) if known else self._median_logarithm(here.r), wider,
             self.beside.largest(x[p:]), self.beside.delays(x[p:], np.sqrt(np.diag(covariance)[p:])),
-            tests=self.predictions.tests,
+            self.beside.factors(x[p:], covariance[p:, p:]), tests=self.predictions.tests,
         )  # fmt: skip
 
     def _of_lines(self, r: Array) -> list[ComplexArray]:

@@ -187,9 +187,10 @@ def _doubts(
 ) -> list[str]:
     """Return lines about tests that do not go with the model."""
     return [
-        *doubts.of_zero_pairs(tests, zero), *doubts.of_scale(tests, fit.lines, after),
-        *doubts.of_lost_modes(tests, after), *([] if fit.delays else mistakes.of_pairs(tests, fit, after)),
-        *doubts.of_delays(tests, fit), *doubts.of_neighbours(fit),
+        *doubts.of_zero_pairs(tests, zero), *([] if fit.gains else doubts.of_scale(tests, fit.lines, after)),
+        *doubts.of_lost_modes(tests, after),
+        *([] if fit.delays or fit.gains else mistakes.of_pairs(tests, fit, after)),
+        *doubts.of_delays(tests, fit), *doubts.of_gains(tests, fit), *doubts.of_neighbours(fit),
     ]  # fmt: skip
 
 

@@ -175,8 +175,27 @@ def test_a_wrong_unit_is_named() -> None:
         se.update(start(), changed(hammer(), "bed_lift.az", 1 / 9.80665))
     with pytest.raises(se.InputError, match=r"times smaller than the model .*: its unit is wrong, mm instead of m"):
         se.update(start(), changed(hammer(), "bed_lift.az", 1e-3))
-    found = se.update(start(), changed(hammer(), "bed_lift.az", 1 / 20))
-    assert any("bed_lift.az/tool.f" in line and "times smaller" in line for line in found.notes)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "factor", "said"),
+    [
+        (("saddle.ax",), 1.05, "test 1: responses are those of the model times 1.05"),
+        (("bed_lift.az",), 1 / 20, "test 1: responses are those of the model times 0.05"),
+        ((), 1.5, "test 1: responses are 1.5"),
+    ],
+)
+def test_a_wrong_sensitivity_is_named(chosen: tuple[str, ...], factor: float, said: str) -> None:
+    """One factor of a channel or of a file, which springs and delays would explain in part."""
+    tests = hammer()
+    for output in chosen or {one.output for one in tests[0].responses}:
+        tests = changed(tests, output, factor)
+    found = se.update(start(), tests)
+    (line,) = (line for line in found.notes if said in line)
+    assert all(name in line for name in chosen) and "check sensitivities" in line
+    for label, x in errors(found, labels_of(LATHE.tables)).items():
+        std = next(one.relative for one in found.estimates if one.unknown.label == label)
+        assert abs(x) < 4 * std, label
 
 
 WRITTEN = {
