@@ -217,9 +217,15 @@ def beside_of(lines: Sequence[Seen], channels: bool, terms: bool) -> Beside:
 
 
 def gains_of(lines: Sequence[Seen]) -> Beside:
-    """Return the factors of outputs and inputs of tests; those of all lines of a test are in both."""
+    """Return the factors of outputs and inputs of tests, but for those that the others make up."""
     groups: dict[tuple[int, str], list[int]] = {}
     for k, line in enumerate(lines):
         for name in (line.output, line.input):
             groups.setdefault((line.test, name), []).append(k)
-    return Beside(gains=tuple(tuple(places) for places in groups.values()))
+    rows, kept = np.zeros((0, len(lines))), []
+    for places in groups.values():
+        more = np.vstack([rows, np.isin(np.arange(len(lines)), places)])
+        if np.linalg.matrix_rank(more) > len(rows):
+            rows = more
+            kept.append(tuple(places))
+    return Beside(gains=tuple(kept))

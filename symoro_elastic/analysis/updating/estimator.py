@@ -111,7 +111,7 @@ class Minimum:
     @property
     def is_of_channels(self) -> bool:
         """Whether factors or delays of channels show."""
-        return any(one.shows for one in (*self.fit.delays, *self.fit.gains))
+        return any(one.shows for one in self.fit.delays) or any(one.shows for one in self.fit.gains)
 
     @property
     def criterion(self) -> float:
