@@ -87,12 +87,13 @@ def angles_of(program: Program) -> list[Expression]:
     roots: list[Operand] = [s.node for s in program.statements] + [x for o in program.outputs for x in o.entries]
     found: dict[int, Expression] = {}
     for node in reachable(roots):
-        if node.operation in (SIN, COS) and node.level == Level.STATE and _is_given(node.operands[0]):
+        if node.operation in (SIN, COS) and node.level == Level.STATE and is_given(node.operands[0]):
             found.setdefault(node.operands[0].id, node.operands[0])
     return list(found.values())
 
 
-def _is_given(angle: Expression) -> bool:
+def is_given(angle: Expression) -> bool:
+    """Whether an angle is a sum of multiples of joint variables, computed in the precision of angles."""
     return all(node.level == Level.STATE and _is_linear(node) for node in reachable([angle]))
 
 

@@ -13,6 +13,9 @@ is frozen to a constant c, or a sine is replaced by its angle.
 
    with both over hulls of the path, and with signs: errors of opposite sign make room for each other.
 
+A sign, and an arc tangent that may jump, mix both of their values on the path, as frozen nodes do: their rate is the
+difference by 1.
+
 The smaller of both is taken in each sub-box. It is the error of the exact reduced program; its rounding comes on top.
 """
 
@@ -26,7 +29,7 @@ from typing import TypeAlias
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval, interval, not_bounded_where
+from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval, interval, meets_jump, not_bounded_where
 from symoro_elastic.numerics.guarantees.running_error import Bounds
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
 from symoro_elastic.symbolic.operations import (
@@ -98,6 +101,8 @@ class _Recursion:
                 self._keep(node, *self._changed(node))
             elif node.operation != SYMBOL and any(self.of(x) is not ZERO for x in node.operands):
                 self._keep(node, self._passed(node), self._computed(node))
+                if self._jumps(node):
+                    self.rates[node.id] = self.differences[node.id]
 
     def of(self, x: Operand) -> Interval:
         """The difference of a node or a constant."""
@@ -111,6 +116,12 @@ class _Recursion:
     def is_gone(self, node: Expression, k: int) -> bool:
         """Whether an operand of a sum is dropped."""
         return (node.id, k) in self._edits.dropped
+
+    def _jumps(self, node: Expression) -> bool:
+        """Whether a node may jump on the path, in some sub-box."""
+        if node.operation == ATAN2:
+            return bool(np.any(meets_jump(*(self.value(x).hull(self._bounds.range_of(x)) for x in node.operands))))
+        return node.operation == SIGN
 
     def _keep(self, node: Expression, difference: Interval, value: Interval) -> None:
         """Note both, each as far as the other allows."""
@@ -184,6 +195,8 @@ def _by_mean_value(
             continue
         if node.id in path.rates:
             total = total + adjoint * path.rates[node.id]
+            if not edits.changes(node):
+                continue
         rule = OPERATIONS[node.operation].partials if node.operation != SYMBOL else None
         if rule is None or node.level == Level.CONSTANT:
             continue
@@ -242,8 +255,15 @@ def _of_root(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Seque
     return d[0] / both
 
 
+def _of_arc(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Sequence[Interval]) -> Interval:
+    """A mean value of the slope over the hull, unless the arc tangent jumps there."""
+    one, other = (x[k].hull(y[k]) for k in range(2))
+    found = (other * d[0] - one * d[1]) / (one.square() + other.square())
+    return not_bounded_where(meets_jump(one, other), found)
+
+
 def _none(z: Interval, x: Sequence[Interval], y: Sequence[Interval], d: Sequence[Interval]) -> Interval:
-    """No bound: steps and arcs of what has changed are not followed."""
+    """No bound: the step of what has changed is not followed."""
     return not_bounded_where(True, z)
 
 
@@ -261,7 +281,7 @@ _PASSED: Mapping[str, Passed] = {
     SIN: _of_circle(COS),
     COS: lambda z, x, y, d: -_of_circle(SIN)(z, x, y, d),
     SQRT: _of_root,
-    ATAN2: _none,
+    ATAN2: _of_arc,
     SIGN: _none,
     MINIMUM: _of_extremum,
     MAXIMUM: _of_extremum,

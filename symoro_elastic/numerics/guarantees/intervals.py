@@ -182,10 +182,15 @@ def _minimum(x: Interval, y: Interval) -> Interval:
 def _atan2(y: Interval, x: Interval) -> Interval:
     """Arc tangent; a whole turn where the half line of its jump, or the origin, is met."""
     corners = [np.arctan2(a, b) for a in (y.low, y.high) for b in (x.low, x.high)]
-    jumps = (x.low <= 0) & (y.low <= 0) & (y.high >= 0)
+    jumps = meets_jump(y, x)
     low = np.where(jumps, -math.pi, np.min(np.broadcast_arrays(*corners), axis=0)) - 4 * SLACK
     high = np.where(jumps, math.pi, np.max(np.broadcast_arrays(*corners), axis=0)) + 4 * SLACK
     return not_bounded_where(~(y.is_bounded & x.is_bounded), Interval(low, high))
+
+
+def meets_jump(y: Interval, x: Interval) -> Any:
+    """Whether the half line at which an arc tangent jumps, or the origin, may be met."""
+    return (x.low <= 0) & (y.low <= 0) & (y.high >= 0)
 
 
 def _cospi(x: Interval) -> Interval:

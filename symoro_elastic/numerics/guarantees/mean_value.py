@@ -12,6 +12,8 @@ from the exact ones (lemma 1). Over the intervals [z_i - E_i, z_i + E_i] their e
 
 is exact: nothing of second order is neglected. Cancellation that lemma 1 does not see, of errors that come to the
 result on several ways, is seen here.
+
+A sign has no mean value: it is a node whose own error is all that lemma 1 says of it, a jump of 2 among it.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval
 from symoro_elastic.numerics.guarantees.running_error import UPWARDS, Bounds
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
-from symoro_elastic.symbolic.operations import OPERATIONS, SYMBOL
+from symoro_elastic.symbolic.operations import OPERATIONS, SIGN, SYMBOL
 
 
 def errors_by_adjoints(nodes: Sequence[Expression], results: Sequence[Operand], bounds: Bounds) -> Array:
@@ -54,7 +56,7 @@ def sweep(
     """Call `perturbed` with the adjoint of each perturbation, over perturbed values, and with its size.
 
     Adjoints have the results along their first axis. Perturbations are the roundings of operations, of numbers in the
-    text, and of arguments that are narrowed.
+    text, and of arguments that are narrowed, and errors of signs.
     """
     adjoints: dict[int, Interval] = {}
     for k, x in enumerate(results):
@@ -64,7 +66,7 @@ def sweep(
         adjoint = adjoints.pop(node.id, None)
         if adjoint is None:
             continue
-        perturbed(adjoint, bounds.local[node.id])
+        perturbed(adjoint, (bounds.error if node.operation == SIGN else bounds.local)[node.id])
         rule = OPERATIONS[node.operation].partials if node.operation != SYMBOL else None
         if rule is None or node.level == Level.CONSTANT:
             continue

@@ -42,6 +42,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symoro_elastic.codegen.c.printers import is_given
 from symoro_elastic.foundation.array_types import AnyArray
 from symoro_elastic.numerics.guarantees.axes import TURN, UNIT, Axis
 from symoro_elastic.numerics.guarantees.box import Box
@@ -52,7 +53,7 @@ from symoro_elastic.numerics.guarantees.separated import separated
 from symoro_elastic.numerics.guarantees.sum_on_grid import SumOnGrid, best_ratios, coefficients_of, heaviest
 from symoro_elastic.numerics.guarantees.surface import axes_of, degrees_of, numbers_in
 from symoro_elastic.symbolic import operations
-from symoro_elastic.symbolic.expression import Expression, Operand, reachable
+from symoro_elastic.symbolic.expression import Expression, Level, Operand, reachable
 from symoro_elastic.symbolic.operations import COS, SIN, SYMBOL
 
 MOST_NODES = 40_000
@@ -117,6 +118,8 @@ def rounding_bound(root: Operand, box: Box, rounding: Rounding) -> RoundingBound
     (copy,), box = separated([root], box, signs=not rounding.is_mixed)
     root = copy if type(copy) is Expression else root
     try:
+        if rounding.is_mixed:
+            _refuse_narrow_angles(reachable([root]))
         found = degrees_of(root, box)
         axes = axes_of(found, box)
         few = math.prod(len(axis.nodes) for axis in axes) <= MOST_NODES
@@ -152,6 +155,13 @@ def _at_nodes(axes: Sequence[Axis], few: bool) -> dict[str, Polynomial]:
     return found
 
 
+def _refuse_narrow_angles(nodes: Sequence[Expression]) -> None:
+    """In mixed precision some sines are those of angles in single precision."""
+    for node in nodes:
+        if node.operation in (SIN, COS) and node.level == Level.STATE and not is_given(node.operands[0]):
+            raise NotPolynomial("an angle is computed in single precision")
+
+
 def _refuse_work_on_parameters(nodes: Sequence[Expression], known: Collection[int]) -> None:
     for node in nodes:
         if node.id not in known and node.operation not in _PARTIALS and node.operation != SYMBOL:
@@ -175,7 +185,7 @@ def _bound(program: _Program, root: Expression, rounding: Rounding, refined: boo
         if not refined or not part:
             continue
         sums.append(_summand(node, a, program, (weight, relative, added), math.expm1(count * math.log1p(u))))
-    outwards = (1 + 1e-9) * u
+    outwards = (1 + 4e-9) * u  # numbers in single precision are rounded twice, from text and from double
     first = min(_first_sum(program, root, sums), crude) if refined else crude
     return RoundingBound((first + rest) * outwards, (crude + rest) * outwards)
 
@@ -302,23 +312,29 @@ def _weights(node: Expression, rounding: Rounding, program: _Program) -> tuple[f
     """Return the errors of an operation: own and of constant factors by u and value; of added constants by u."""
     if node.id in program.known:
         return 1.0, 0.0, 0.0
-    if node.id in program.angles:
-        return (0.0 if node.operation in (SYMBOL, operations.NEGATE) else rounding.u_angle / rounding.u), 0.0, 0.0
+    is_angle = node.id in program.angles
     if node.operation == SYMBOL:
-        exact = node.operands[0] not in program.numbers or not constant_error(
-            Fraction(program.numbers[node.operands[0]]), rounding
-        )
-        return (0.0 if exact and not rounding.is_mixed else 1.0), 0.0, 0.0
+        number = program.numbers.get(str(node.operands[0]), 0.0)
+        is_exact = not constant_error(Fraction(number), rounding) and (is_angle or not rounding.is_mixed)
+        return (0.0 if is_exact else 1.0), 0.0, 0.0
     if node.operation == operations.NEGATE:
         return 0.0, 0.0, 0.0
+    if is_angle:
+        share = rounding.u_angle / rounding.u
+        return share, 0.0, share * _of_numbers(node, rounding.of_angles)
     if node.operation in (SIN, COS):
         return OF_CIRCLE * rounding.u_angle / rounding.u + rounding.is_mixed, 0.0, 0.0
-    numbers = [x for x in node.operands if type(x) is not Expression]
-    errors = sum(float(constant_error(x, rounding)) for x in numbers) / rounding.u
+    errors = _of_numbers(node, rounding)
     if node.operation in (operations.ADD, operations.SUBTRACT):
         return 1.0, 0.0, errors
+    numbers = [x for x in node.operands if type(x) is not Expression]
     moves = any(is_power_of_two(x) for x in numbers)
     return (0.0 if moves else 1.0), sum(errors / abs(float(x)) for x in numbers), 0.0
+
+
+def _of_numbers(node: Expression, rounding: Rounding) -> float:
+    """Return the errors of the numbers that are operands, by u."""
+    return sum(float(constant_error(x, rounding)) for x in node.operands if type(x) is not Expression) / rounding.u
 
 
 def _largest(x: Polynomial, program: _Program) -> float:

@@ -70,6 +70,11 @@ class Rounding:
         """Whether angles have another precision than the rest."""
         return self.u != self.u_angle
 
+    @property
+    def of_angles(self) -> Rounding:
+        """That in which angles and their sines are computed."""
+        return ROUNDINGS[DOUBLE.name] if self.is_mixed else self
+
     def error_of_constant(self, x: Constant) -> Array:
         """How far a number of the text is off."""
         return constant_error(x, self)
@@ -137,7 +142,7 @@ def running_errors(
     """
     shape = np.broadcast_shapes((1,), *(x.low.shape for x in box.values()))
     bounds = before or Bounds(rounding, shape, {}, {}, {})
-    of_angles = Bounds(ROUNDINGS[DOUBLE.name], shape, bounds.range, {}, {})
+    of_angles = Bounds(rounding.of_angles, shape, bounds.range, {}, {})
     with np.errstate(all="ignore"):
         for node in nodes:
             found = range_of_node(node, bounds, box)
@@ -176,7 +181,8 @@ def _add_error(node: Expression, bounds: Bounds, angles: Bounds, narrows: bool) 
     z, u = bounds.range[node.id], bounds.rounding.u
     if node.operation == SYMBOL or node.level == Level.CONSTANT:
         exact = node.operation == SYMBOL and not narrows
-        local = np.zeros_like(z.low) if exact else UPWARDS * _roundoff(z.magnitude, bounds.rounding)
+        twice = 0.0 if node.operation == SYMBOL or u == U_DOUBLE else U_DOUBLE * z.magnitude  # written as a double
+        local = np.zeros_like(z.low) if exact else UPWARDS * (_roundoff(z.magnitude, bounds.rounding) + twice)
         bounds.local[node.id] = bounds.error[node.id] = local
         return
     of_circle = node.operation in (SIN, COS) and type(node.operands[0]) is Expression
@@ -184,23 +190,43 @@ def _add_error(node: Expression, bounds: Bounds, angles: Bounds, narrows: bool) 
     errors = [source.error_of(x) for x in node.operands]
     ranges = [bounds.range_of(x) for x in node.operands]
     passed = PASSED[node.operation](z, ranges, errors)
-    local = _local(node, z.magnitude + passed, bounds.rounding)
-    if source.rounding.u < u:
+    if node.operation == SIGN and _keeps_sign(node.operands[0], bounds):
+        passed = np.zeros_like(passed)
+    is_narrowed = source.rounding.u < u
+    local = _local(node, (z.magnitude + passed) * UPWARDS, bounds.rounding, is_narrowed)
+    if is_narrowed:
         local = local + OF_CIRCLE * source.rounding.u
     bounds.local[node.id] = local * UPWARDS
     bounds.error[node.id] = _bounded((passed + local) * UPWARDS, z)
+
+
+def _keeps_sign(x: Operand, bounds: Bounds) -> bool:
+    """Whether the sign of a computed value is right: of exact numbers, their sums, and products with 1 or more.
+
+    Rounding is monotonic, and sums of numbers do not underflow; smaller factors may make a zero of the least numbers.
+    """
+    if not np.any(bounds.error_of(x)):
+        return True
+    if type(x) is not Expression or x.operation not in (ADD, SUBTRACT, NEGATE, MULTIPLY):
+        return False
+    if x.operation in (ADD, SUBTRACT):
+        return not any(np.any(bounds.error_of(one)) for one in x.operands)
+    if x.operation == NEGATE:
+        return _keeps_sign(x.operands[0], bounds)
+    pairs = (x.operands, x.operands[::-1])
+    return any(np.all(bounds.computed(b).least_magnitude >= 1) and _keeps_sign(a, bounds) for a, b in pairs)
 
 
 def _bounded(error: Array, z: Interval) -> Array:
     return np.where(z.is_bounded & np.isfinite(error), error, np.inf)
 
 
-def _local(node: Expression, magnitude: Array, rounding: Rounding) -> Array:
-    """The rounding of one operation, whose result has at most this magnitude."""
+def _local(node: Expression, magnitude: Array, rounding: Rounding, is_narrowed: bool) -> Array:
+    """The rounding of one operation, whose result has at most this magnitude; of a sine that is narrowed only that."""
     if node.operation in EXACT or (node.operation in (MULTIPLY, DIVIDE) and is_power_of_two(node.operands[1])):
         return np.full_like(magnitude, rounding.least if node.operation in (MULTIPLY, DIVIDE) else 0.0)
     if node.operation in (SIN, COS):
-        times = 1.0 if rounding.is_mixed else OF_CIRCLE
+        times = 1.0 if is_narrowed else OF_CIRCLE
         return times * _roundoff(np.minimum(magnitude, 1 - U_DOUBLE), rounding)
     return (OF_ARC if node.operation == ATAN2 else 1.0) * _roundoff(magnitude, rounding)
 
@@ -264,8 +290,8 @@ def _of_arc(z: Interval, x: Sequence[Interval], e: Sequence[Array]) -> Array:
     """The slope of an arc tangent is one over the distance from the origin."""
     moved = np.hypot(e[0], e[1])
     left = np.hypot(x[0].least_magnitude, x[1].least_magnitude) / UPWARDS - moved
-    jumps = (x[1].low <= e[1]) & (x[0].low <= e[0]) & (x[0].high >= -e[0])
-    near = (moved > 0) & (jumps | (left <= 0))
+    jumps = (x[1].low <= e[1]) & (x[0].low <= e[0]) & (x[0].high >= -e[0])  # without errors, too: by the sign of -0.0
+    near = jumps | (moved > 0) & (left <= 0)
     return np.where(near, np.inf, moved / np.where(left > 0, left, 1.0))
 
 
