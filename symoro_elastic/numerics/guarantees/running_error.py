@@ -24,6 +24,7 @@ import numpy as np
 from symoro_elastic.codegen.precision import DOUBLE, MIXED, SINGLE
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.guarantees.intervals import INTERVALS, Interval, interval
+from symoro_elastic.numerics.guarantees.shares import is_smooth_sign, is_wide, of_smooth_sign, passed_in_shares
 from symoro_elastic.symbolic.arithmetic import evaluate, multiprecision
 from symoro_elastic.symbolic.expression import Constant, Expression, Level, Operand
 from symoro_elastic.symbolic.operations import (
@@ -166,7 +167,7 @@ def range_of_node(node: Expression, bounds: Bounds, box: Mapping[str, Interval])
     if node.level == Level.CONSTANT:
         return constant_interval(node)
     found: Interval = INTERVALS.operations[node.operation](*map(bounds.range_of, node.operands))
-    return found
+    return found.meeting(of_smooth_sign(node, bounds.range_of)) if is_smooth_sign(node) else found
 
 
 def constant_interval(node: Expression) -> Interval:
@@ -192,6 +193,9 @@ def _add_error(node: Expression, bounds: Bounds, angles: Bounds, narrows: bool) 
     passed = PASSED[node.operation](z, ranges, errors)
     if node.operation == SIGN and _keeps_sign(node.operands[0], bounds):
         passed = np.zeros_like(passed)
+    if node.operation in (DIVIDE, SQRT) and is_wide(ranges[-1]):
+        in_shares = passed_in_shares(node, bounds.range_of, bounds.error_of, u, bounds.rounding.least)
+        passed = np.fmin(passed, in_shares)
     is_narrowed = source.rounding.u < u
     local = _local(node, (z.magnitude + passed) * UPWARDS, bounds.rounding, is_narrowed)
     if is_narrowed:

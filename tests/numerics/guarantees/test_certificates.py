@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import symoro_elastic as se
+from symoro_elastic.api.machines import the_machine
 from symoro_elastic.codegen.precision import PRECISIONS
 from symoro_elastic.codegen.printed_order import in_printed_order
 from symoro_elastic.foundation.errors import InputError
@@ -99,6 +100,17 @@ def test_sums_are_put_in_the_order_of_the_text_once() -> None:
     assert entry.entry == "j5, j5"
     worst = Attack([results_of(machine, "inertia_matrix")[28]], found.box, "double").run(2000, rounds=6)
     assert 0.9 * entry.error < worst.error[0] <= entry.error * (1 + SLACK["double"])
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+def test_smooth_dry_friction_is_proven(precision: str) -> None:
+    """Its divisor is 1e-4 to 1: a range of 1, and errors in shares of the value."""
+    hinge = {**HINGE, "friction": {"hinge": {"coulomb": 1.5, "creep": 1e-4, "static": 2, "stribeck": 0.01}}}
+    (found,) = se.certify(hinge, "direct_dynamics", precisions=[precision]).certificates
+    (entry,) = found.entries
+    worst = Attack(results_of(the_machine(hinge), "direct_dynamics"), found.box, precision).run(4000, rounds=5)
+    assert exceeded(found, worst) == []
+    assert entry.error < 8 * worst.error[0] and entry.high < 1.5 * worst.high[0]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -37,6 +37,24 @@ HARD = {
     for precision in TYPES
 }
 """Numbers between 1/2 and 1 that are furthest from those of a precision: about half of their distance."""
+CREEP = Fraction(1, 10_000)
+
+
+def speed(graph: Graph, s: Operand, c: Fraction) -> Expression:
+    """sqrt(s^2 + (c creep)^2)."""
+    return graph.node(SQRT, s * s + (c * CREEP) ** 2)
+
+
+def smooth(graph: Graph, s: Operand, c: Fraction) -> Operand:
+    """The sign of a velocity, made smooth."""
+    return s / speed(graph, s, c)
+
+
+def cubed(x: Expression) -> Operand:
+    """Its third power."""
+    return x * x * x
+
+
 TOGETHER: Mapping[str, Callable[[Graph, Fraction, Expression, Expression, Expression], Operand]] = {
     "sum": lambda g, c, x, y, v: x + y,
     "sum with a number": lambda g, c, x, y, v: x + 3 * c,
@@ -75,12 +93,16 @@ TOGETHER: Mapping[str, Callable[[Graph, Fraction, Expression, Expression, Expres
     "sign": lambda g, c, x, y, v: g.node(SIGN, v) * c,
     "sign of what is rounded": lambda g, c, x, y, v: g.node(SIGN, x * y * c - x * (y * c)) * x,
     "sign of a rounded difference": lambda g, c, x, y, v: g.node(SIGN, -(3 * (x - y))) * c,
+    "smooth sign": lambda g, c, x, y, v: smooth(g, g.symbol("s"), c) * c,
+    "smooth sign of what is rounded": lambda g, c, x, y, v: smooth(g, g.symbol("s") * 2 * c, c),
+    "its slope": lambda g, c, x, y, v: c * c * CREEP / cubed(speed(g, g.symbol("s"), c)),
+    "Stribeck's law": lambda g, c, x, y, v: c / ((g.symbol("s") / CREEP) * (g.symbol("s") / CREEP) + 1),
     "minimum": lambda g, c, x, y, v: g.node(MINIMUM, x * c, y),
     "maximum": lambda g, c, x, y, v: g.node(MAXIMUM, x * c, y * c * c),
     "maximum and a number": lambda g, c, x, y, v: g.node(MAXIMUM, x - 1, c / 8),
 }
 """Operations by their operands: x and y within 1 to 1.3, v around 3 pi, w from 0 on, a number c."""
-RANGES = {"x": Range(1.0, 1.3), "y": Range(1.0, 1.3), "v": Range(9.3, 9.5), "w": Range(0.0, 0.1)}
+RANGES = {"x": Range(1.0, 1.3), "y": Range(1.0, 1.3), "v": Range(9.3, 9.5), "w": Range(0.0, 0.1), "s": Range(-2.0, 2.0)}
 BOX = Box(RANGES, frozenset({"v"}))
 
 
@@ -129,6 +151,7 @@ def found(root: Expression, precision: str) -> float:
     states["y"][:half] = states["x"][:half] + near * unit
     states["v"][:half] = 3 * math.pi + near * unit * 8
     states["w"][:half] = 0.0
+    states["s"][:half] *= 10.0 ** -draw.uniform(0, 8, half)
     held = {name: np.clip(x.astype(np.float64 if narrow else dtype), *_ends(name)) for name, x in states.items()}
     exact = evaluate([root], {name: x.astype(EXTENDED) for name, x in held.items()}, arithmetic(EXTENDED))(root)
     known = {number: dtype(x) for number, x in constant_values([root]).items()}
