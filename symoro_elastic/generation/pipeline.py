@@ -40,6 +40,7 @@ from symoro_elastic.models.degenerate import Degeneracy, SingularPivot, degenera
 from symoro_elastic.models.implausible import implausible_motions
 from symoro_elastic.models.model import Pivots
 from symoro_elastic.models.packaging import reserved_words
+from symoro_elastic.models.time_steps import notes_on_steps
 from symoro_elastic.models.traced import Traced, with_steps
 from symoro_elastic.models.tracing import PrunedTrace, prune, schedule
 from symoro_elastic.numerics.grouping import grouping_by_rank
@@ -255,7 +256,8 @@ def _code(
     if tools:
         announce(f"compile: {tools.command}")
         reports = report(package, files, machine.label, precisions, tools)
-    return _Made(files, asked.models, _of_whole_machine(asked), reports, reduced=reduced)
+    notes = notes_on_steps(asked.machine, scene.steps)
+    return _Made(files, asked.models, _of_whole_machine(asked), reports, notes, reduced)
 
 
 def _guaranteed(

@@ -124,6 +124,11 @@ def drives_of(machine: Machine) -> Drives:
     return within_motors(machine.drives, machine) if isinstance(machine, DescribedMachine) else Drives()
 
 
+def without_drives(machine: Machine) -> Machine:
+    """The machine without its drives."""
+    return replace(machine, drives=Drives()) if isinstance(machine, DescribedMachine) else machine
+
+
 def with_changed_scene(machine: AnyMachine, change: Callable[[Scene], Scene | None]) -> AnyMachine:
     """The machine with another scene in place of that of its file, where it has one."""
     if isinstance(machine, DescribedMachine) and machine.asked.scene is not None:

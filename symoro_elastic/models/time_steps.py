@@ -9,7 +9,7 @@ from symoro_elastic.machine.machine import Machine
 from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
-from symoro_elastic.models.drives.drive_states import driven_motors
+from symoro_elastic.models.drives.drive_states import driven_motors, why_not_driven
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.model import TracedModel
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
@@ -29,6 +29,7 @@ def models_of_steps(
     if not steps:
         return
     refuse_machines(machine, steps)
+    _refuse_drives(machine, steps)
     needed = ["direct_dynamics"]
     needed += ["inverse_dynamics"] if Motors.DRIVEN in ways_to_give_motors(machine) else []
     needed += [] if {*steps}.isdisjoint(ROSENBROCK) else ["linearization"]
@@ -41,7 +42,7 @@ def models_of_steps(
         yield motor_coordinates(machine, folded)
     if machine.loaded:
         yield passed_torques(machine, folded)
-    drives = has_drives(machine, steps)
+    drives = bool(driven_motors(machine))
     if drives:
         yield closed_dynamics(machine, folded)
     if not {*steps} <= {*EXPLICIT, *ROSENBROCK}:
@@ -49,9 +50,10 @@ def models_of_steps(
             yield from implicit_system(machine, motors, folded)
 
 
-def has_drives(machine: Machine, steps: Sequence[str]) -> bool:
-    """Return whether some of these steps are offered under the drives of a machine."""
-    return bool(driven_motors(machine)) and not {*steps} <= {*WITHOUT_STATES}
+def notes_on_steps(machine: Machine, steps: Sequence[str]) -> tuple[str, ...]:
+    """Return a note where time steps are without the drives of a machine."""
+    why = why_not_driven(machine) if steps else ""
+    return (f"time steps are without [drives]: {why}",) if why else ()
 
 
 def refuse_machines(machine: Machine, steps: Sequence[str]) -> None:
@@ -83,6 +85,15 @@ def _refuse_friction(machine: Machine, steps: Sequence[str]) -> None:
     if machine.bristles and lacking:
         what = f"{lacking[0]} is not offered with states of friction (bristle): take w3"
         raise machine.error(f"steps, {machine.joint(machine.bristles[0]).name}", what)
+
+
+def _refuse_drives(machine: Machine, steps: Sequence[str]) -> None:
+    """Raise `InputError` for methods that carry no states of drives."""
+    lacking = [name for name in steps if name in WITHOUT_STATES]
+    driven = [machine.joint(j).name for j in driven_motors(machine)]
+    if lacking and driven:
+        what = f"{lacking[0]} is not offered with drives: take w3, or leave [drives] out"
+        raise machine.error(f"drives, {', '.join(driven)}", what)
 
 
 def _refuse_base(machine: Machine, steps: Sequence[str]) -> None:

@@ -25,6 +25,8 @@ from symoro_elastic.formats import read_machine
 from symoro_elastic.formats.toml import reading as toml
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.generation.pipeline import programs
+from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.drives import ONE, Drive, Drives
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.numerics.implementations import numpy_model
@@ -238,6 +240,9 @@ def test_what_is_not_written_is_refused_in_one_line() -> None:
         render_st(programs(machine, Scene(models=DYNAMIC, steps=("rodas4",))).package)
     with pytest.raises(InputError, match=r"^floating_arm.toml: --target st, steps: time steps on a floating base"):
         render_st(programs(example("floating_arm.toml"), Scene(models=DYNAMIC, steps=("w2",))).package)
+    driven = replace(DescribedMachine.of(machine), drives=Drives({machine.motor_joints[0].name: Drive(ONE, ONE)}))
+    with pytest.raises(InputError, match="--target st, steps: time steps under drives are not written"):
+        render_st(programs(driven, Scene(models=DYNAMIC, steps=("w2",))).package)
 
 
 # Numbers

@@ -10,19 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+import symoro_elastic as se
 from symoro_elastic.codegen.integration.w_methods import W3
 from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import check
 from symoro_elastic.machine.described import DescribedMachine
-from symoro_elastic.machine.drives import CurrentControl, Drive, Drives, LowPass
+from symoro_elastic.machine.drives import TUNED, CurrentControl, Drive, Drives, LowPass
 from symoro_elastic.machine.formula import ZERO, Formula
 from symoro_elastic.machine.joints import Electrics
 from symoro_elastic.machine.machine import Body, Friction, Joint, Kind, Machine
+from symoro_elastic.machine.scene import Scene
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.time_steps import refuse_machines
+from symoro_elastic.models.traced import trace_models
 from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.symbolic.program import Program
 
@@ -186,6 +189,30 @@ def test_operations_of_parts_of_drives() -> None:
 def test_steps_that_are_refused(law: dict[str, float], steps: Any, says: str) -> None:
     with pytest.raises(InputError, match=says):
         refuse_machines(slider(**law), steps)
+
+
+def driven_slider(**changes: Any) -> DescribedMachine:
+    drive = replace(Drive(*map(Formula.parse, ("30", "1.5", "0.02", "2e-4"))), **changes)
+    return replace(DescribedMachine.of(slider(viscous=0.1)), drives=Drives({"mass": drive}))
+
+
+@pytest.mark.parametrize("method", ["rodas4", "midpoint"])
+def test_steps_without_states_of_drives_are_refused(method: str) -> None:
+    with pytest.raises(InputError, match=f"drives, mass: {method} is not offered with drives: take w3, or leave"):
+        trace_models(driven_slider(), Scene(models=("direct_dynamics",), steps=(method,)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"Kp": TUNED}, 'gains of mass are "tuned": control --save finds them'),
+        ({"measured": "tip.x"}, "mass measures tip.x, which is known along a motion only: simulate takes it"),
+        ({"period": Formula.parse("1e-3")}, "mass has a period: its controller is the model control"),
+    ],
+)
+def test_steps_without_drives_say_why(changes: dict[str, Any], why: str, tmp_path: Path) -> None:
+    made = se.generate(driven_slider(**changes), "direct_dynamics", steps=["w3"], targets=["c"], out=tmp_path)
+    assert made.notes == (f"time steps are without [drives]: {why}",)
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import numpy as np
 from symoro_elastic.analysis.ladder.predicted_rungs import WHOLE, Prediction
 from symoro_elastic.analysis.ladder.rung import Measured, Rung
 from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps, Trajectory, reference_motion
+from symoro_elastic.analysis.simulation.drive_torques import with_loads
 from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.simulate import errors_by_halving
@@ -82,7 +83,7 @@ class SimulatedRung:
         key = method, precision.name
         if key not in self._compiled:
             with TemporaryDirectory() as folder:
-                self._compiled[key] = CompiledSteps(self.reduced.loaded, [method], Path(folder), precision)
+                self._compiled[key] = CompiledSteps(with_loads(self.reduced), [method], Path(folder), precision)
         return self._compiled[key]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from symoro_elastic.analysis.simulation.observed import Observer
 from symoro_elastic.analysis.simulation.reference_motion import MeasuredLoad, Motion, Reference
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.machine.described import DescribedMachine, drives_of
+from symoro_elastic.machine.described import DescribedMachine, drives_of, without_drives
 from symoro_elastic.machine.drives import LoadPosition
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.motion.signals import FrameSignal, outputs
@@ -45,8 +45,8 @@ class ControlledPositions:
 
 
 def with_loads(reference: Reference) -> Machine:
-    """Return the machine of a reference with the positions that its drives measure at loads, for steps."""
-    machine = reference.loaded
+    """Return the machine of a reference for steps: with the positions that its drives measure at loads, if driven."""
+    machine = reference.loaded if reference.drives else without_drives(reference.loaded)
     known = tuple(load.signal for load in reference.loads if load)
     if not known:
         return machine

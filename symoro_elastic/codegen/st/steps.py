@@ -14,6 +14,7 @@ from symoro_elastic.codegen.st.lines import INDENT, call, in_comment, statement
 from symoro_elastic.codegen.st.names import StNames
 from symoro_elastic.codegen.templates import render
 from symoro_elastic.codegen.time_steps import (
+    CLOSED,
     MethodText,
     Terms,
     Variant,
@@ -21,7 +22,6 @@ from symoro_elastic.codegen.time_steps import (
     loads_of,
     method_text,
     rows_of_nodes,
-    states_carried,
 )
 from symoro_elastic.foundation.errors import InputError
 
@@ -52,7 +52,7 @@ def step_blocks(form: StForm, functions: Mapping[str, StFunction], source: str) 
     methods = [method_text(METHODS[name], package, DOUBLE) for name in package.steps]
     _refuse(package, methods, source)
     for method in methods:
-        for variant in (one for one in method.variants if not states_carried(one, package)):
+        for variant in method.variants:
             for with_error in (False, True) if method.error else (False,):
                 yield StStep(form, functions, method, variant, with_error).block()
 
@@ -78,6 +78,8 @@ def _why_not(package: Package) -> str:
         return "with friction that rises with load"
     if package.assembled:
         return "of loops without a closed form"
+    if any(function.name == CLOSED for function in package.functions):
+        return "under drives"
     others = [block.name for block in package.state if block.name not in STATE]
     if others:
         return f"of a state with {', '.join(others)}"

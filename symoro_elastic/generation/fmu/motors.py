@@ -108,11 +108,6 @@ def between_samples(machine: Machine) -> Machine:
     return replace(described, drives=Drives(held))
 
 
-def without_drives(machine: Machine) -> Machine:
-    """Return the machine without its drives."""
-    return replace(machine, drives=Drives()) if isinstance(machine, DescribedMachine) else machine
-
-
 def with_free_drives(machine: Machine, taken: Reasons) -> tuple[Machine, dict[str, DriveNumber]]:
     """Return the machine with the numbers of its drives as parameters, and these by the names of the parameters.
 

@@ -23,18 +23,26 @@ SET_POINTS = ("r", "rd", "rdd")
 
 
 def driven_motors(machine: Machine) -> Mapping[int, Drive]:
-    """Return the drives of motors, by joint, with which time steps can be taken: none where one cannot.
+    """Return the drives of motors, by joint, with which time steps can be taken: none where one cannot."""
+    named, drives = {machine.joint(j).name: j for j in machine.motors}, drives_of(machine).by_motor
+    return {} if why_not_driven(machine) else {j: drives[name] for name, j in named.items() if name in drives}
+
+
+def why_not_driven(machine: Machine) -> str:
+    """Return why time steps are without the drives of a machine, with the way out; empty where they have them.
 
     A gain that is left to tuning has no number, the position of a load is known along a motion only, and the samples of
     a controller are not in chains.
     """
-    named, of = {machine.joint(j).name: j for j in machine.motors}, drives_of(machine)
-    drives = of.by_motor
-    for name, one in drives.items():
-        is_known = one.measured == MOTOR or name in of.loads
-        if TUNED in (one.Kv, one.Kp, one.Tn) or not is_known or one.period is not None:
-            return {}
-    return {j: drives[name] for name, j in named.items() if name in drives}
+    of = drives_of(machine)
+    for name, one in of.by_motor.items():
+        if TUNED in (one.Kv, one.Kp, one.Tn):
+            return f'gains of {name} are "{TUNED}": control --save finds them'
+        if one.measured != MOTOR and name not in of.loads:
+            return f"{name} measures {one.measured}, which is known along a motion only: simulate takes it"
+        if one.period is not None:
+            return f"{name} has a period: its controller is the model control"
+    return ""
 
 
 def chains_of(bound: Bound) -> dict[int, Chain]:
