@@ -51,8 +51,10 @@ from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.models.base_steps import base_models
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.models.drives.closed_dynamics import closed_dynamics
+from symoro_elastic.models.drives.drive_states import state_names
 from symoro_elastic.models.implicit_steps import Motors, implicit_system
 from symoro_elastic.models.motor_coordinates import dependent_motors, motor_coordinates
+from symoro_elastic.models.passed_torques import passed_torques
 from symoro_elastic.models.time_steps import WITHOUT_STATES, refuse_machines
 from symoro_elastic.quantities.time_steps import TimeStep
 from symoro_elastic.symbolic.program import OperationCount, Program
@@ -60,6 +62,8 @@ from symoro_elastic.symbolic.program import OperationCount, Program
 DIVISION, SINE = 5, 15
 """Products that take about as long as a division, and as a sine and a cosine."""
 
+SUBSTITUTIONS = 4
+"""Of the loads that friction rises with, in a stage of a step: their mean."""
 SHARE = 0.25
 """Of the tolerance that a step may take."""
 USUAL = 1e-3
@@ -450,19 +454,24 @@ class StepCost:
 
     def of(self, method: Method) -> int:
         """Return the operations of a step, weighted: those of its right sides, systems and sums."""
-        rows, n = _sums(method), len(self.machine.independent) + self.machine.degrees_of_base
-        found = sum(times * cost_in_products(program.count) for times, program in self.programs(method)) + 4 * n * rows
+        n = len(self.machine.independent) + self.machine.degrees_of_base
+        entries = 2 * n + len(state_names(self.machine, self.motors is Motors.DRIVES))
+        found = sum(times * cost_in_products(program.count) for times, program in self.programs(method))
+        found += 2 * entries * _sums(method)
         return found + 2 * n**3 // 3 + len(method.m) * 6 * n**2 if isinstance(method, Rosenbrock) else found
 
     def programs(self, method: Method) -> Iterator[tuple[int, Program]]:
         """Yield the programs that a step calls, and how often."""
         stages = _stages(method)
+        rates = stages * (SUBSTITUTIONS if self.machine.loaded else 1)
+        if self.machine.loaded:
+            yield rates, passed_torques(self.machine, self._folded).program
         if self.motors is Motors.DRIVES:
-            yield stages, closed_dynamics(self.machine, self._folded).program
+            yield rates, closed_dynamics(self.machine, self._folded).program
             yield from zip((stages + 1, stages), self._of_base, strict=False)
             yield from () if isinstance(method, Tableau) else zip((1, stages), self._system, strict=True)
             return
-        yield stages, self._model("inverse_dynamics" if self.motors is Motors.DRIVEN else "direct_dynamics")
+        yield rates, self._model("inverse_dynamics" if self.motors is Motors.DRIVEN else "direct_dynamics")
         if self.motors is Motors.SERVO and dependent_motors(self.machine):
             yield stages, self._of_motors
         yield from zip((stages + 1, stages), self._of_base, strict=False)
