@@ -13,6 +13,7 @@ from symoro_elastic.analysis.ladder.rung import Measured, Rung
 from symoro_elastic.analysis.simulation.compiled_steps import CompiledSteps, Trajectory, reference_motion
 from symoro_elastic.analysis.simulation.drive_torques import with_loads
 from symoro_elastic.analysis.simulation.observed import Observer
+from symoro_elastic.analysis.simulation.prediction.loads import with_passed_loads
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.simulate import errors_by_halving
 from symoro_elastic.codegen.integration.methods import METHODS
@@ -74,7 +75,7 @@ class SimulatedRung:
         if self._moves:
             trajectory = self.compiled(method, precision).run(self.reduced, method, steps)
         else:
-            trajectory = reference_motion(self.reduced, steps)
+            trajectory = with_passed_loads(self.reduced, reference_motion(self.reduced, steps))
         motion = whole_motion(self.whole, self._observer, self._observer.motion(trajectory))
         return trajectory, self._observer_of_whole.outputs(motion)
 

@@ -35,6 +35,9 @@ class LeftOutNumbers:
     def __init__(self, path: LinearPath) -> None:
         self.path = path
         machine = path.reference.machine
+        for j in machine.loaded:
+            what = "a budget does not know how numbers change the torque that passes: leave load out, or the budget"
+            raise machine.error(f"friction, {machine.joint(j).name}, load", what)
         named, self._symbols = with_symbols(machine)
         self.numbers = tuple(self._symbols)
         self._motion = EquationsOfMotion(named)

@@ -13,8 +13,10 @@ import pytest
 import symoro_elastic as se
 from symoro_elastic.analysis.ladder.greedy import backward_greedy
 from symoro_elastic.analysis.ladder.measured_rungs import Measurement
+from symoro_elastic.analysis.ladder.numbers import LeftOutNumbers
 from symoro_elastic.analysis.ladder.rung import DOUBT, Rung
 from symoro_elastic.analysis.ladder.rungs import prediction_of
+from symoro_elastic.analysis.simulation.prediction.path import linear_path
 from symoro_elastic.analysis.simulation.prediction.spring_errors import Deviations, spring_errors
 from symoro_elastic.analysis.simulation.prediction.stability import poles
 from symoro_elastic.foundation.errors import InputError
@@ -141,6 +143,29 @@ def test_predicted_errors_are_measured_on_unseen_draws() -> None:
     assert all(1 / DOUBT < x < DOUBT for x in found)
 
 
+def rubbing(seed: int) -> Machine:
+    """A draw whose dry friction rises with the torques that its joints pass on."""
+    slide = {"viscous": 40, "coulomb": 20, "creep": 2e-3, "load": 0.2}
+    turn = {"viscous": 0.3, "coulomb": 2, "static": 2.5, "stribeck": 0.1, "creep": 2e-2, "load": 0.3}
+    return drawn(seed, friction={"slide": slide, "turn": turn})
+
+
+@pytest.mark.thorough
+def test_errors_with_friction_that_rises_with_load_are_predicted_on_an_unseen_draw() -> None:
+    measurement, rungs = rungs_of(102, rubbing)
+    found = ratios(measurement, rungs[:1])
+    assert len(found) == 2
+    assert min(found) > 0.9 and max(found) < 1.1
+
+
+def test_a_budget_refuses_friction_that_rises_with_load() -> None:
+    machine = rubbing(102)
+    reference = prediction_of(machine, machine.asked.motions, TOLERANCE).references[0]
+    path = linear_path(reference, ("tip.x",), 20)
+    with pytest.raises(InputError, match=r"slide, load: a budget does not know .*: leave load out, or the budget"):
+        LeftOutNumbers(path)
+
+
 @pytest.mark.thorough
 def test_errors_with_windings_and_set_points_are_predicted_on_unseen_draws() -> None:
     machine = equipped(404)
@@ -237,7 +262,7 @@ def test_what_has_no_linear_model_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="drives, slide, period: has no part in a linear model of a motion"):
         se.ladder(replace(machine, drives=Drives(sampled)))
     bent = {"slide": {"viscous": 40, "coulomb": 20, "bristle": 1e6, "bristle_damping": 10}, "turn": {"viscous": 0.3}}
-    with pytest.raises(InputError, match="friction, slide: the ladder does not know its state"):
+    with pytest.raises(InputError, match="friction, slide: where a motion stops, a bristle yields to one side only"):
         se.ladder(drawn(101, friction=bent))
     with pytest.raises(InputError, match=r"no body, rotor or drive has a number 'slide\.lags'"):
         se.simulate(machine, scene={"zero": ["slide.lags"]})

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from symoro_elastic.analysis.control.cascade import Cascade
+from symoro_elastic.analysis.simulation.prediction.loads import passed_loads
 from symoro_elastic.analysis.simulation.prediction.loops import Loops, parts_of, refuse_drives, without_parts
 from symoro_elastic.analysis.simulation.prediction.output_matrices import Outputs, Three, outputs_along
 from symoro_elastic.analysis.simulation.prediction.samples import between
@@ -54,7 +55,8 @@ class LinearPath:
     `damping` (N, n) are those of springs, dampers, friction and servos on the joints: diagonal; `preload` (n,) are the
     forces of the springs at the start. Drives have coordinates after those of joints: `controlled` is what loops add to
     D and K, `parts` are the entries of what they can do without, `known` (N, outputs) is what outputs have of them
-    without a deviation, `machine` the model without drives. SI units, radians.
+    without a deviation, `machine` the model without drives. `of_loads` (N, n, n) is what friction that rises with load
+    adds to M, which implicit steps do not have. SI units, radians.
     """
 
     reference: Reference
@@ -73,6 +75,7 @@ class LinearPath:
     controlled: tuple[Array, Array] | None = None
     parts: tuple[int, ...] = ()
     known: Array | None = None
+    of_loads: Array | None = None
     machine: LinearPath | None = field(default=None, repr=False)
 
     @property
@@ -107,6 +110,7 @@ class LinearPath:
             controlled=(D, K),
             parts=tuple(k for k, name in enumerate(loops.names, start=n) if name in parts),
             known=known,
+            of_loads=None if self.of_loads is None else np.pad(self.of_loads, ends),
             machine=self,
         )
 
@@ -175,17 +179,17 @@ class LinearPath:
     def every_second(self) -> LinearPath:
         """The model at every second time."""
         M, D, K, R = (x[::2] for x in (self.M, self.D, self.K, self.R))
-        every_second, known = self.outputs.every_second, None if self.known is None else self.known[::2]
-        found = replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, damping=self.damping[::2], outputs=every_second)
-        return replace(found, known=known, machine=None)
+        known, of_loads = (None if x is None else x[::2] for x in (self.known, self.of_loads))
+        every_second = replace(self, t=self.t[::2], M=M, D=D, K=K, R=R, outputs=self.outputs.every_second)
+        return replace(every_second, damping=self.damping[::2], known=known, of_loads=of_loads, machine=None)
 
     def finer(self, samples: int) -> LinearPath:
         """Return the model at other times, evenly spaced: cubic between those that are known."""
         t = np.linspace(0.0, self.t[-1], samples)
         M, D, K, R, damping = (between(self.t, x, t) for x in (self.M, self.D, self.K, self.R, self.damping))
-        known = None if self.known is None else between(self.t, self.known, t)
+        known, of_loads = (None if x is None else between(self.t, x, t) for x in (self.known, self.of_loads))
         found = replace(self, t=t, M=M, D=D, K=K, R=R, damping=damping, outputs=self.outputs.at(self.t, t))
-        return replace(found, known=known, machine=None)
+        return replace(found, known=known, of_loads=of_loads, machine=None)
 
 
 def linear_path(
@@ -232,7 +236,9 @@ class _Along:
             d, dd, ddd = (x[:, 0, : len(self.motion.names)] for x in (deviation.d, deviation.dd, deviation.ddd))
             states = states[0] + d, states[1] + dd, states[2] + ddd
         M, D, K = self._given_to(self.model.linearization, *states)
-        taken = self._forces_taken(M, states)
+        taken, inertia = self._forces_taken(M, states), M.copy()
+        loads = passed_loads(self.motion, *states[:2])
+        damping = {one.k: one.add(M, D, K, taken, states[2]) for one in loads}
         self._refuse_infinite(taken, M, D, K)
         if deviation is not None:
             terms = ((K, d), (D, dd), (M, ddd))
@@ -241,12 +247,16 @@ class _Along:
         torques = K[:, self.motors], D[:, self.motors], M[:, self.motors]
         deflections = partial(self._given_to, self.model.static_deflections) if self.machine.static else None
         rows = outputs_along(self.machine, self.reference.servo, outputs, states, torques, deflections)
-        return self._served(M, D, K, R, rows, states[1])
+        stiffness, slopes, preload = _laws(self.motion, self.reference.start.q, states[1])
+        for k, slope in damping.items():
+            slopes[:, k] += slope
+        found = self._served(M, D, K, R, rows, (stiffness, slopes, preload))
+        return replace(found, of_loads=M - inertia if loads else None).with_drives(self.reference.drives)
 
-    def _served(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs, v: Array) -> LinearPath:
+    def _served(self, M: Array, D: Array, K: Array, R: Array, outputs: Outputs, laws: Three) -> LinearPath:
         """Return the model with the gains of servos, or without equations of motors."""
         reference, motors, names = self.reference, self.motors, self.motion.names
-        stiffness, damping, preload = _laws(self.motion, reference.start.q, v)
+        stiffness, damping, preload = laws
         moved = list(range(len(names)))
         if reference.servo is None:
             moved = [k for k in moved if k not in motors]
@@ -256,10 +266,9 @@ class _Along:
                 diagonal[..., motors] += gains
                 matrix[:, motors, motors] += gains
         springs = tuple(k for k in self.machine.elastic_entries if k in moved and stiffness[k])
-        found = LinearPath(
+        return LinearPath(
             reference, tuple(names), self.t, M, D, K, R, outputs, tuple(moved), springs, stiffness, damping, preload
         )
-        return found.with_drives(reference.drives)
 
     def _forces_taken(self, M: Array, states: Three) -> Array:
         """Return ID(q, v, a) (N, n), springs and friction included, less what forces on frames do.
@@ -273,8 +282,9 @@ class _Along:
         return taken
 
     def _given_to(self, model: Callable[..., Any], *states: Array) -> Any:
-        """Return the results of a generated function, under the forces on frames where it takes them."""
-        return model(*states, self.wrenches) if "f_ext" in signature(model).parameters else model(*states)
+        """Return the results of a generated function, under the forces on frames and without loads in friction."""
+        given = {"f_ext": self.wrenches, "load": np.zeros((len(self.t), len(self.machine.loaded)))}
+        return model(*states, **{name: x for name, x in given.items() if name in signature(model).parameters})
 
     def _refuse_infinite(self, *arrays: Array) -> None:
         finite: BoolArray = np.all([np.isfinite(x.reshape(len(self.t), -1)).all(axis=1) for x in arrays], axis=0)
@@ -311,7 +321,11 @@ def refuse_machine(motion: EquationsOfMotion, start: State) -> None:
     for j in motion.given.with_backlash:
         what = "the ladder takes springs as straight: leave it out, or use simulate"
         raise motion.given.error(f"joint {motion.given.joint(j).name}, backlash", what)
-    motion.given.refuse_states_of_friction("the ladder")
+    for j in motion.given.bristles:
+        what = (
+            "where a motion stops, a bristle yields to one side only: no linear model has it, give creep in its place"
+        )
+        raise motion.given.error(f"friction, {motion.given.joint(j).name}", what)
     refuse_sticking(motion)
     (M,) = motion.matrices("M", start.q, start.qd, start.qdd)
     refuse_singular(motion, M, range(len(start.q)), can_hold=False)

@@ -224,7 +224,8 @@ class StepErrors:
 
     def _solver(self, method: Method, t: Array, h: float) -> _Solver:
         path, rows, g = self.path, self.rows, gamma(method) * h
-        M, D, K = (between(path.t, x, t)[:, rows[:, None], rows] for x in (path.M, path.D, path.K))
+        inertia = path.M if path.of_loads is None else path.M - path.of_loads
+        M, D, K = (between(path.t, x, t)[:, rows[:, None], rows] for x in (inertia, path.D, path.K))
         if not isinstance(method, Rosenbrock):
             damping = between(path.t, path.damping, t)[:, rows]
             D, K = damping[:, :, None] * np.eye(len(rows)), np.diag(path.stiffness[rows])
