@@ -124,6 +124,12 @@ def drives_of(machine: Machine) -> Drives:
     return within_motors(machine.drives, machine) if isinstance(machine, DescribedMachine) else Drives()
 
 
+def between_samples(machine: Machine) -> DescribedMachine:
+    """The machine with what its drives are while torques are held: lag or winding, behind the torque tau."""
+    held = {name: one.power_stage for name, one in drives_of(machine).by_motor.items()}
+    return replace(DescribedMachine.of(machine), drives=Drives(held))
+
+
 def without_drives(machine: Machine) -> Machine:
     """The machine without its drives."""
     return replace(machine, drives=Drives()) if isinstance(machine, DescribedMachine) else machine

@@ -14,7 +14,7 @@ They stand beside mechanics, as limits do: models do not depend on them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from symoro_elastic.machine.formula import ZERO, Formula
@@ -105,6 +105,12 @@ class Drive:
     current: CurrentControl | None = None
     current_limit: Formula | None = None
     voltage_limit: Formula | None = None
+
+    @property
+    def power_stage(self) -> Drive:
+        """What it is while the torque of a sampled controller is held: its lag, or its winding with the controller."""
+        nothing, limit = Drive(ZERO, ZERO, velocity_forward=ZERO), self.voltage_limit
+        return replace(nothing, lag=self.lag, current=self.current, voltage_limit=limit)
 
     @property
     def formulas(self) -> Iterator[tuple[str, Formula]]:

@@ -8,7 +8,6 @@ where a dead time ends within it, has the same number of steps.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -29,10 +28,7 @@ from symoro_elastic.analysis.simulation.sampled_drives import Sampling
 from symoro_elastic.codegen.precision import DOUBLE, Precision
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
-from symoro_elastic.machine.described import DescribedMachine, drives_of
-from symoro_elastic.machine.drives import Drive, Drives
-from symoro_elastic.machine.formula import ZERO
-from symoro_elastic.machine.machine import Machine
+from symoro_elastic.machine.described import between_samples
 from symoro_elastic.models.state import split_into
 from symoro_elastic.models.time_steps import WITHOUT_STATES
 
@@ -40,18 +36,6 @@ from symoro_elastic.models.time_steps import WITHOUT_STATES
 def is_sampled(reference: Reference) -> bool:
     """Return whether the drives of a motion are sampled."""
     return any(isinstance(x, Hold) for one in reference.drives for x in one.path)
-
-
-def between_samples(machine: Machine) -> DescribedMachine:
-    """Return the machine with what its drives are while torques are held: lag or winding, behind the torque tau."""
-    held = {name: _power_stage(one) for name, one in drives_of(machine).by_motor.items()}
-    return replace(DescribedMachine.of(machine), drives=Drives(held))
-
-
-def _power_stage(one: Drive) -> Drive:
-    return Drive(
-        *(ZERO, ZERO), lag=one.lag, velocity_forward=ZERO, current=one.current, voltage_limit=one.voltage_limit
-    )
 
 
 def compiled_steps(reference: Reference, methods: Sequence[str], folder: Path) -> CompiledSteps:

@@ -35,7 +35,7 @@ from symoro_elastic.analysis.simulation.prediction.stability import PLACES, damp
 from symoro_elastic.analysis.simulation.prediction.step_error import StepErrors, fewest_steps
 from symoro_elastic.analysis.simulation.reference_motion import Motion, Reference
 from symoro_elastic.analysis.simulation.sampled_drives import Sampling
-from symoro_elastic.analysis.simulation.sampled_steps import between_samples, compiled_steps, is_sampled
+from symoro_elastic.analysis.simulation.sampled_steps import compiled_steps, is_sampled
 from symoro_elastic.analysis.simulation.simulated import Simulation
 from symoro_elastic.codegen.integration.methods import METHODS, Method, Midpoint, share_of_halving
 from symoro_elastic.codegen.integration.rosenbrock import Rosenbrock
@@ -44,6 +44,7 @@ from symoro_elastic.codegen.integration.w_methods import W3
 from symoro_elastic.foundation.array_types import AnyArray, Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, Progress, announce_nothing, no_progress
+from symoro_elastic.machine.described import between_samples
 from symoro_elastic.machine.free_base import COORDINATES
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import names_to_fold

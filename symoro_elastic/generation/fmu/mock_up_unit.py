@@ -22,12 +22,12 @@ from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.scalar import Scalar
 from symoro_elastic.generation.fmu import Options
 from symoro_elastic.generation.fmu.loads import measures_loads, with_loads
-from symoro_elastic.generation.fmu.motors import Given, between_samples, given_of
+from symoro_elastic.generation.fmu.motors import Given, given_of
 from symoro_elastic.generation.fmu.programs import Programs, programs_of, refuse_machines_without_unit
 from symoro_elastic.generation.fmu.scalar_variables import Layout, Variable, layout_of, unit_powers
 from symoro_elastic.generation.fmu.sources import interface_file, sources_of
 from symoro_elastic.generation.fmu.start import Start, start_of
-from symoro_elastic.machine.described import without_drives
+from symoro_elastic.machine.described import between_samples, without_drives
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import restrict
 from symoro_elastic.machine.scene import Scene

@@ -14,7 +14,7 @@ from functools import partial
 from symoro_elastic.machine.described import DescribedMachine, drives_of
 from symoro_elastic.machine.drive_numbers import DriveNumber, with_changed
 from symoro_elastic.machine.drives import ONE, TUNED, Drive, Drives
-from symoro_elastic.machine.formula import ZERO, Formula
+from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.freed import unused_name
 from symoro_elastic.machine.joints import Joint
 from symoro_elastic.machine.machine import Machine, Parameter
@@ -99,13 +99,6 @@ def sampling_of(machine: Machine) -> Sampling:
         late.append(period if dead > period * (1 - SAME) else dead)
     offsets = (0.0, *sorted({x for x in late if 0 < x < period}))
     return Sampling(period, offsets, tuple((*offsets, period).index(x) for x in late))
-
-
-def between_samples(machine: Machine) -> Machine:
-    """Return the machine whose drives are their current loops, under torques that are held."""
-    described, drives = DescribedMachine.of(machine), drives_of(machine).by_motor
-    held = {name: Drive(ZERO, ZERO, velocity_forward=ZERO, lag=one.lag) for name, one in drives.items()}
-    return replace(described, drives=Drives(held))
 
 
 def with_free_drives(machine: Machine, taken: Reasons) -> tuple[Machine, dict[str, DriveNumber]]:

@@ -8,17 +8,10 @@ from dataclasses import dataclass, replace
 from symoro_elastic.codegen.integration.methods import METHODS, Method
 from symoro_elastic.codegen.package import EXTERNAL, Package
 from symoro_elastic.codegen.time_steps import DRIVES
-from symoro_elastic.generation.fmu.motors import (
-    Given,
-    Sampling,
-    between_samples,
-    given_of,
-    sampling_of,
-    with_free_drives,
-)
+from symoro_elastic.generation.fmu.motors import Given, Sampling, given_of, sampling_of, with_free_drives
 from symoro_elastic.generation.fmu.outputs import Output, asked_frames, outputs_model, outputs_of
 from symoro_elastic.machine.columns import cells
-from symoro_elastic.machine.described import drives_of
+from symoro_elastic.machine.described import between_samples, drives_of
 from symoro_elastic.machine.freed import with_free_numbers
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.machine.restrict import names_to_fold, restrict

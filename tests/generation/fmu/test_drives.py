@@ -48,8 +48,13 @@ DRY = {"viscous": 0.2, "coulomb": 0.3, "creep": 0.05}
 PERIOD = 5e-4
 SAMPLED = {
     "drive": {**TURN, "period": PERIOD, "dead_time": 2e-4, "limits": {"torque": 24}},
-    "rod": {**SLIDE, "current": {}, "period": PERIOD, "set_point": {"average": 4 * PERIOD}},
-}
+    "rod": {
+        **SLIDE, "current": {"kp": 4, "ti": 4e-3}, "period": PERIOD, "set_point": {"average": 4 * PERIOD},
+        "limits": {"voltage": 6},
+    },
+}  # fmt: skip
+"""A lag, and a winding whose voltage is at its limit for a time."""
+WOUND = {"resistance": 0.5, "inductance": 2e-3, "torque_constant": 20}
 
 
 def arm(drives: dict[str, Any], friction: dict[str, Any], dry: Any = None, **more: Any) -> Machine:
@@ -70,7 +75,7 @@ def arm(drives: dict[str, Any], friction: dict[str, Any], dry: Any = None, **mor
             "joints": joints,
             "bodies": bodies,
             "springs": {"arm": {"stiffness": 2000, "damping": 2.5}},
-            "motors": {"drive": {"rotor_inertia": 0.5}, "rod": {"rotor_inertia": 0.1}},
+            "motors": {"drive": {"rotor_inertia": 0.5}, "rod": {"rotor_inertia": 0.1, **WOUND}},
             "friction": {"drive": dry or {"viscous": 0.2}, "rod": friction},
             "drives": drives,
             **more,
