@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from symoro_elastic.analysis.control.cascade import FirstOrder
 from symoro_elastic.analysis.simulation.compiled_steps import (
     CompiledSteps,
     Trajectory,
@@ -179,9 +180,16 @@ class Simulating:
         return math.ceil(self.reference.duration / self.largest_step(method)) if isinstance(method, Tableau) else 1
 
     def largest_step(self, method: Method) -> float:
-        """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others."""
-        if not isinstance(method, Tableau) or not (self._linear or self._is_tree):
+        """Return the largest step, s, with which an explicit method is stable along the motion; infinite for others.
+
+        Where there is no linear model, it is that for the lags of drives alone.
+        """
+        if not isinstance(method, Tableau):
             return math.inf
+        if not (self._linear or self._is_tree):
+            paths = (one.path for one in self.reference.drives)
+            lags = [x.time for path in paths for x in path if isinstance(x, FirstOrder)]
+            return largest_stable_step(method, np.array([-1 / x for x in lags], dtype=complex)) if lags else math.inf
         return largest_stable_step(method, self.poles)
 
     def in_periods(self, steps: int) -> int:
