@@ -124,7 +124,7 @@ class Identifying(Options, kw_only=False):
     )
     trust: float | None = option(
         None, "SHARE", "How far values of the file may be from the truth, with --possible: 0.3 is 30 % (default: data "
-        "alone decide what they determine).", kinds.NUMBER, above=0,
+        "alone decide what they determine; 1 for short records).", kinds.NUMBER, above=0,
     )  # fmt: skip
     preparation: Preparation | None = argument(None, "`gains`, `resample`, `after` and `before` as one object.")
     validate: Record | None = option(None, "FILE", "Record whose torques are predicted, too.", kinds.INPUT_FILE)

@@ -70,6 +70,7 @@ from symoro_elastic.numerics.independent_joints import moved_by
 
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
+FEWEST_REVERSALS, SLOW = 2, 0.1  # of joints in a record that is not short; slow: of the largest velocity
 FAR = 200  # samples that tell what a unit of a parameter exerts
 
 
@@ -198,8 +199,9 @@ class _Stack:
         return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
 
     def _is_short(self, parameters: int) -> bool:
-        """Return whether rows are too few for least squares alone."""
-        return _used(self.columns.Y) < fewest_rows(parameters, usual_correlation(self.columns.correlation))
+        """Return whether rows are too few for least squares alone, or joints hardly reverse."""
+        few = _used(self.columns.Y) < fewest_rows(parameters, usual_correlation(self.columns.correlation))
+        return few or float(np.median(sum(_reversals(x.motion.qd) for x in self.sampled))) < FEWEST_REVERSALS
 
     def _of_laws(self) -> tuple[Array, Array]:
         """Return columns of groups with those of laws of friction, and what load friction adds to right sides."""
@@ -336,15 +338,15 @@ class _Stack:
             self._say_of(sensors, Y, tau, slopes)
         every = [*unknowns, *sensors.unknowns(machine)]
         names = tuple(joint.name for joint in machine.independent_joints)
-        sigma = FLOOR * np.abs(tau).max(axis=0) if is_short else None
+        data = None if trust is None else Data(Y, tau, self._exerted(), is_short)
+        sigma = FLOOR * data.largest if data and is_short else None
         estimation = estimate(
             Y, tau, every, names, self._still, noise=noise, correlation=columns.correlation,
             repeating=columns.repeating, draws=columns.draws, doubts=sensors.doubts(columns),
             source=self._source, least=0 if trust is not None else FEWEST_ROWS, sigma=sigma,
         )  # fmt: skip
         bodies = None
-        if trust is not None:
-            data = Data(Y, tau, self._exerted(), is_short)
+        if data and trust is not None:
             estimation, bodies = made_possible(machine, linear, data, estimation, trust)
         measured = self._plain.torques(sensors.delay)[0]
         solution = replace(estimation.solution, predicted=estimation.solution.predicted + (measured - tau))
@@ -391,6 +393,13 @@ def _draws(equations: Equations, records: Sequence[Sampled]) -> Draws:
 def _samples(numbered: tuple[int, Sampled]) -> tuple[int, int]:
     """Return the number of a record, and how many samples a piece of it has."""
     return numbered[0], len(numbered[1].motion.t)
+
+
+def _reversals(qd: Array) -> Array:
+    """Return how often velocities (samples, n) change their sign, (n), slow ones aside: these may be noise."""
+    fast = np.abs(qd) > SLOW * np.abs(qd).max(axis=0, initial=0.0)
+    each = [np.sign(rate[used]) for rate, used in zip(qd.T, fast.T, strict=True)]
+    return np.array([np.count_nonzero(np.diff(signs)) for signs in each])
 
 
 def _used(Y: Array) -> int:

@@ -17,7 +17,14 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.analysis.identification.estimation import ABSORBED, Estimation, Unknown
-from symoro_elastic.analysis.identification.pseudo_inertia import RADIUS, Prior, lifted, nearest, pseudo_inertia
+from symoro_elastic.analysis.identification.pseudo_inertia import (
+    RADIUS,
+    Nearest,
+    Prior,
+    lifted,
+    nearest,
+    pseudo_inertia,
+)
 from symoro_elastic.analysis.identification.regression import RegressorColumn
 from symoro_elastic.analysis.identification.sensors import OFFSET
 from symoro_elastic.foundation.array_types import Array
@@ -37,10 +44,17 @@ SINGULAR = 1e-13  # of the largest eigenvalue of a correlation: rounding
 FROM_FILE = 3.0  # times narrower with the file than from data
 CHANCE = 0.99
 FLOOR = 0.02  # of the largest torque: least noise of records that are short
+OF_MOTORS = ("IA", "FV", "FS")
+SLOWEST = 0.3  # of the fastest motor: slower ones are taken to be as fast, for those at rest would have huge guesses
+TRUST_OF_SHORT = 1.0  # in the file, where none is given: what such records do not tell is most of a machine
+STEEPER, ROOM = 1e3, 1e-15  # times lam where rounding leaves a body without room, least eigenvalue over largest
 SHORT = (
-    "the record is short: fewer than two equations for each parameter, so noise is taken for at least "
-    f"{100 * FLOOR:g} % of the largest torque, offsets within {100 * OFFSETS:g} %: "
-    "give the file trust (--trust 0.3)"
+    "the record is short (fewer than two equations for each parameter, or joints that reverse less than twice), "
+    f"so noise is taken for at least {100 * FLOOR:g} % of the largest torque, offsets within {100 * OFFSETS:g} %"
+)
+TRUSTED = (
+    f"no trust is given, so bodies of the file are taken as right to about {100 * TRUST_OF_SHORT:g} %: "
+    "say how far they may be off (--trust 0.3)"
 )
 
 
@@ -67,19 +81,22 @@ class Data:
 
     @property
     def largest(self) -> Array:
-        """Largest torque of each joint (n); where none is measured, that of all."""
+        """Largest torque of each joint (n); where none is measured, the median of the others."""
         largest: Array = np.abs(self.tau).max(axis=0, initial=0.0)
-        return np.where(largest > 0, largest, float(largest.max(initial=0.0)) or 1.0)
+        return np.where(largest > 0, largest, float(np.median(largest[largest > 0])) if largest.any() else 1.0)
 
-    def alone(self, c: int) -> float:
-        """Return the value of column c whose torque would be the largest one of its joint."""
+    def alone(self, c: int, alike: Sequence[int] = ()) -> float:
+        """Return the value of column c whose torque would be the largest one of its joint, at a share of what the
+        columns that are alike exert, at least."""
         row = int(np.argmax(self.exerted[:, c]))
-        return float(self.largest[row]) / (float(self.exerted[row, c]) or 1.0)
+        most = float(self.exerted[:, list(alike)].max(initial=0.0))
+        return float(self.largest[row]) / (max(float(self.exerted[row, c]), SLOWEST * most) or 1.0)
 
-    def sizes(self, U: Array, sigma: Array) -> float:
-        """Return residuals of groups U in per cent of torques, rows weighted."""
-        left, whole = (np.sqrt((x**2).sum()) for x in ((self.tau - self.Y @ U) / sigma, self.tau / sigma))
-        return float(100 * left / whole)
+    def sizes(self, U: Array, sigma: Array) -> tuple[float, Array]:
+        """Return residuals of groups U in per cent of torques, rows weighted, and of each joint (n)."""
+        left, whole = (((x / sigma) ** 2).sum(axis=0) for x in (self.tau - self.Y @ U, self.tau))
+        each = 100 * np.sqrt(left / np.where(whole > 0, whole, np.inf))
+        return float(100 * np.sqrt(left.sum() / whole.sum())), each
 
 
 @dataclass(frozen=True)
@@ -107,17 +124,17 @@ def made_possible(
     body has.
     """
     unknowns = [e.unknown for e in estimation.estimates]
+    is_trusted = math.isfinite(trust)
+    trust = trust if is_trusted or not data.is_short else TRUST_OF_SHORT
     lam = max(LEAST_LAM, 1 / (4 * trust**2))
     start = _Start(machine, linear, data, unknowns)
     P, (A, b) = start.groups(), _of_data(estimation)
-    pins, pinned = start.pins()
     A = A @ P
-    found = nearest(start.prior(lam), np.concatenate([A, pins]), np.concatenate([b, pinned]), lam)
-    values = start.values(found.x)
-    _refuse_impossible(machine, values)
+    found, values = start.nearest(A, b, lam)
     U, misfit = P @ found.x, float(((A @ found.x - b) ** 2).sum())
     with_file = np.sqrt(np.diag(P @ found.covariance @ P.T)) if math.isfinite(trust) else np.full(len(U), math.nan)
-    notes = [*start.notes(), *_rise(estimation, data, U, misfit, len(A)), *_of_deviations(estimation, with_file, trust)]
+    notes = [*start.notes(is_trusted), *_rise(estimation, data, U, misfit, len(A))]
+    notes += _of_deviations(estimation, with_file, trust)
     return _with_values(estimation, U, data), Possible(trust, values, tuple(with_file.tolist()), misfit, tuple(notes))
 
 
@@ -187,7 +204,7 @@ class _Start:
         """Return bodies, scalars and free values of the file."""
         columns = self.linear.columns
         given = [columns[c].value for c in self.scalars]
-        guessed = [GUESSES[columns[c].quantity] * self.data.alone(c) for c in self.scalars]
+        guessed = [GUESSES[columns[c].quantity] * self.data.alone(c, self._alike(c)) for c in self.scalars]
         scalars = [x if x > 0 else other for x, other in zip(given, guessed, strict=True)]
         weights = [1.0 if x > 0 else min(lam, GUESSED_LAM) / lam for x in given]
         neutral = [float(np.nan_to_num(columns[c].value)) for c in self.neutral]
@@ -198,6 +215,32 @@ class _Start:
         free = np.array([*neutral, *[0.0] * len(of_sensors)])
         deviations = np.array([*beside, *of_sensors])
         return Prior(bodies, np.array(scalars), np.array(weights), free, deviations, np.array(by_lam, dtype=bool))
+
+    def _alike(self, c: int) -> list[int]:
+        """Return columns of the same law of other motors."""
+        own, columns = self.linear.columns[c], self.linear.columns
+        if own.quantity not in OF_MOTORS:
+            return []
+        return [k for k, x in enumerate(columns) if (x.quantity, x.unit) == (own.quantity, own.unit)]
+
+    def nearest(self, A: Array, b: Array, lam: float) -> tuple[Nearest, dict[tuple[int, str], float]]:
+        """Return what is nearest to rows A x = b and the file, and all values.
+
+        Bodies without room in rounded numbers are nearer to the file. Raises `InputError` where known ones leave none.
+        """
+        pins, pinned = self.pins()
+        while True:
+            found = nearest(self.prior(lam), np.concatenate([A, pins]), np.concatenate([b, pinned]), lam)
+            values = self.values(found.x)
+            each = {j: np.linalg.eigvalsh(J) for j, J in _bodies(values).items()}
+            without = [j for j, sizes in each.items() if sizes[0] <= ROOM * sizes[-1]]
+            known = [j for j in without if any(self.places[j, name] in self.linear.known for name in INERTIAL)]
+            if known:
+                what = "no body has the values that are given as known, with any others: give fewer, or other ones"
+                raise self.machine.error(f"--known, joint {known[0]} ({self.machine.joint(known[0]).name})", what)
+            if not without:
+                return found, values
+            lam *= STEEPER
 
     def _deviation(self, k: int, unknown: Unknown) -> float:
         """Return the standard deviation that an offset, or a delay, has before data."""
@@ -221,12 +264,12 @@ class _Start:
         found = dict(zip(self.order, x.tolist(), strict=False)) | dict(self.linear.known)
         return {key: found[c] for key, c in self.places.items()}
 
-    def notes(self) -> list[str]:
-        """Return remarks on the file."""
+    def notes(self, is_trusted: bool) -> list[str]:
+        """Return remarks on the record and the file, which has been given trust or not."""
         changed = [self.machine.joint(j).name for j, (_, is_new) in zip(self.rows, self._bodies, strict=True) if is_new]
         columns = self.linear.columns
         guessed = [columns[c].label for c in self.scalars if not columns[c].value > 0]
-        notes = [SHORT] if self.data.is_short else []
+        notes = [SHORT, *([] if is_trusted else [TRUSTED])] if self.data.is_short else []
         if changed:
             what = "no body has the values of the file (or they are not known), the nearest possible ones are its prior"
             notes.append(f"{', '.join(changed)}: {what}")
@@ -260,13 +303,6 @@ def _bodies(values: Mapping[tuple[int, str], float]) -> dict[int, Array]:
     return {j: pseudo_inertia(np.array([values[j, name] for name in INERTIAL])) for j in rows}
 
 
-def _refuse_impossible(machine: Machine, values: Mapping[tuple[int, str], float]) -> None:
-    for j, J in _bodies(values).items():
-        if np.linalg.eigvalsh(J).min() <= 0:
-            what = "no body has the values that are given as known, with any others"
-            raise machine.error(f"--known, joint {j} ({machine.joint(j).name})", f"{what}: give fewer, or other ones")
-
-
 def _of_data(estimation: Estimation) -> tuple[Array, Array]:
     """Return rows R Q and R X of unit deviation: Q takes unknowns to what data tell, R^T R = C^-1."""
     solution, grouping = estimation.solution, estimation.grouping
@@ -298,15 +334,18 @@ def _rise(estimation: Estimation, data: Data, U: Array, misfit: float, told: int
     """Return a line on what possible bodies cost, and one where that is more than chance."""
     own, sigma = np.zeros(len(U)), estimation.solution.sigma
     own[list(estimation.grouping.kept)] = estimation.solution.X
-    before, after = data.sizes(own, sigma), data.sizes(U, sigma)
+    (before, own_each), (after, each) = data.sizes(own, sigma), data.sizes(U, sigma)
     what = f"all bodies are possible: residuals {after:.3g} % of the torque, {before:.3g} % by least squares alone"
     notes = [f"{what} (chi2 {misfit:.3g} for {told} values that data tell)"]
     if misfit > for_identification("scipy.stats").chi2.ppf(CHANCE, told):
         what = (
             "that is more than chance: least squares asks for bodies that do not exist, or that are far from the file"
         )
+        k = int(np.argmax(each - own_each))
+        where = f"most of it at {estimation.joints[k]}: {each[k]:.3g} % of its torque, {own_each[k]:.3g} % alone"
         notes.append(
-            f"{what}, so the model lacks something (friction, a sensor's law), or the file is trusted too much"
+            f"{what}, so the model lacks something (friction, a sensor's law), the file is trusted too much, or a "
+            f"torque is not in its unit (--gain); {where}"
         )
     return notes
 
