@@ -36,6 +36,7 @@ from symoro_elastic.analysis.identification.friction_laws import (
     refuse_laws,
     without_cogging,
 )
+from symoro_elastic.analysis.identification.mistakes import mistakes_of
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
 from symoro_elastic.analysis.identification.outliers import outliers_of, said_of, without
@@ -154,7 +155,7 @@ def identify(
     stack.hide(unseen)
     sensors, estimation, tau, bodies = stack.estimated(offsets, delay, trust, robust)
     notes = *stack.notes(), *estimation.notes, *of_sensors(estimation, sensors, machine)
-    notes += bodies.notes if bodies else ()
+    notes += *(bodies.notes if bodies else ()), *mistakes_of(equations, stack.sampled, estimation.estimates)
     springs = _springs(estimation, stack.columns.Y, len(equations.kept))
     rest = springs, _neutral(estimation, machine), sensors, bodies, stack.laws
     return Identification(equations, estimation, stack.t, tau, chosen, notes, *rest)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ pytest.importorskip("scipy")
 import symoro_elastic as se
 from symoro_elastic.analysis.identification.even_clock import EvenClock
 from symoro_elastic.analysis.identification.identify import Identification, identify
+from symoro_elastic.analysis.identification.regression import Regressor, regressor
 from symoro_elastic.analysis.identification.validation import validation_of
 from symoro_elastic.analysis.time_series.clocks import pieces, taken, tidied
 from symoro_elastic.analysis.time_series.measurements import Measurements
@@ -319,3 +321,43 @@ def test_cases_of_the_benchmark_run() -> None:
     for title in ("1 % spikes of 10 std", "contacts", "possible, trust 0.3"):
         case: Case = CASES[title]
         assert case.identified(1).estimates
+
+
+@cache
+def columns_of_arm() -> Regressor:
+    return regressor(arm())
+
+
+def one(k: int, factor: float) -> Array:
+    return np.where(np.arange(2) == k, factor, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda x: x, ""),
+        (replaced("q", lambda q: q / np.deg2rad(1)), "positions are in degrees"),
+        (replaced("q", lambda q: q * one(1, -1.0)), "q_elbow has the opposite sign"),
+        (replaced("tau", lambda x: x[:, ::-1]), "tau_lift and tau_elbow are exchanged"),
+        (lambda x: replace(x, q=x.q[:, ::-1], tau=x.tau[:, ::-1]), "columns of lift and elbow are exchanged"),
+        (replaced("tau", lambda x: x * one(0, 0.01)), "give --gain"),
+        (replaced("tau", lambda x: x * one(1, 1000.0)), "give --gain elbow="),
+        (replaced("tau", lambda x: x * one(1, 0.0)), "tau_elbow does not change while the joint moves"),
+        (replaced("tau", lambda x: -x), "all torques have the opposite sign"),
+        (replaced("tau", lambda x: x / 100), "all values are 0.01 of those of the file"),
+        (replaced("t", lambda t: t / 60), "t is in minutes"),
+    ],
+)
+def test_mistakes_of_columns_are_named(change: Change, said: str) -> None:
+    found = identify(arm(), change(Draw(3).record()), Y=columns_of_arm())
+    words = (
+        "are in degrees",
+        "opposite sign",
+        "exchanged",
+        "give --gain",
+        "does not change",
+        "all values are",
+        "minutes",
+    )
+    lines = [note for note in found.notes if any(word in note for word in words)]
+    assert [said in line for line in lines] == ([True] if said else [])

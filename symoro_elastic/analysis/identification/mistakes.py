@@ -1,0 +1,170 @@
+"""Mistakes of a log, undone: which change of columns makes torques that no parameters explain those of this machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from symoro_elastic.analysis.identification.equations import Equations, Sampled
+from symoro_elastic.analysis.identification.estimation import Estimate
+from symoro_elastic.analysis.identification.filtering import smooth
+from symoro_elastic.foundation.array_types import Array
+
+FAR, FITTING, BETTER = 0.015, 0.015, 4.0  # of the torque: residuals that ask for a reason, that need none; times less
+SAMPLES, FEWEST = 400, 50
+GAINS = (1e-3, 1e-2, 1.0, 1e2, 1e3)  # near which the gain of a motor is sought
+DEGREE, MINUTE = np.pi / 180, 60.0
+ALIKE, UNIT = 0.9, 5.0  # correlation of torques with those by the file, and factor between them that is named
+SIGN = 4.0  # standard deviations below zero
+ONE_SIGN = ("M", "IA", "FV", "FS")
+
+
+@dataclass(frozen=True)
+class _Log:
+    """Samples of q, qd, qdd (S, n) and smooth torques of motors (S, m)."""
+
+    q: Array
+    qd: Array
+    qdd: Array
+    tau: Array
+
+    def turned(self, joint: int | slice, factor: float) -> _Log:
+        """Return the log with positions of a joint times a factor."""
+        scale = np.ones(self.q.shape[1])
+        scale[joint] = factor
+        return replace(self, q=self.q * scale, qd=self.qd * scale, qdd=self.qdd * scale)
+
+    def exchanged(self, order: Sequence[int]) -> _Log:
+        """Return the log with positions in another order."""
+        return replace(self, q=self.q[:, order], qd=self.qd[:, order], qdd=self.qdd[:, order])
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """Equations and a log of theirs."""
+
+    equations: Equations
+    log: _Log
+
+    @cached_property
+    def _rows(self) -> tuple[Array, Array]:
+        """Columns of parameters and offsets (S, n, c), torques of each motor on the joints (S, n, m)."""
+        Y, motion = self.equations.Y, (self.log.q, self.log.qd, self.log.qdd)
+        ones = [np.tile(one, (len(self.log.q), 1)) for one in np.eye(self.log.tau.shape[1])]
+        offsets = np.stack([Y.joint_torques(self.log.q, one) for one in ones], axis=2)
+        return np.concatenate([Y.evaluate(*motion, self.equations.kept), offsets], axis=2), offsets
+
+    def left(self, gains: Array | float = 1.0) -> float:
+        """Return what least squares leaves of torques times gains, of their mean square, joints alike; from 0 to 1."""
+        columns, of_motors = self._rows
+        given = self.equations.given((self.log.q, self.log.qd, self.log.qdd))
+        tau = np.einsum("snm,sm->sn", of_motors, self.log.tau * gains) - given
+        size = np.sqrt((tau**2).mean(axis=0))
+        used = size > 0
+        A, b = (
+            (columns / np.where(used, size, np.inf)[:, None]).reshape(-1, columns.shape[2]),
+            tau[:, used] / size[used],
+        )
+        x = np.linalg.lstsq(A, (tau / np.where(used, size, np.inf)).ravel(), rcond=1e-8)[0]
+        rest = (tau / np.where(used, size, np.inf)).ravel() - A @ x
+        return float(np.sqrt((rest**2).sum() / max((b**2).sum(), 1e-300)))
+
+    def gain(self, motor: int, near: float) -> float:
+        """Return by what factor torques of one motor are as the others ask, rows weighted by one near it."""
+        columns, of_motors = self._rows
+        given = self.equations.given((self.log.q, self.log.qd, self.log.qdd))
+        each = of_motors * self.log.tau[:, None, :]
+        each[:, :, motor] *= near
+        others = each.sum(axis=2) - each[:, :, motor] - given
+        size = np.sqrt((each.sum(axis=2) ** 2).mean(axis=0))
+        weight = 1 / np.where(size > 0, size, np.inf)
+        A = np.concatenate([columns, -each[:, :, motor : motor + 1]], axis=2) * weight[:, None]
+        return near * float(np.linalg.lstsq(A.reshape(-1, A.shape[2]), (others * weight).ravel(), rcond=1e-10)[0][-1])
+
+
+def mistakes_of(equations: Equations, records: Sequence[Sampled], estimates: Sequence[Estimate]) -> list[str]:
+    """Return lines on mistakes of columns that explain what this machine cannot do; none where torques fit."""
+    longest = max(records, key=lambda x: len(x.motion.t))
+    dead, log = _dead(equations, longest), _log_of(longest)
+    said = dead or _other_sign(estimates)
+    if log is None or dead:
+        return said
+    trial = _Trial(equations, log)
+    before = trial.left()
+    if before <= FAR or equations.machine.dependent:
+        return said
+    after, line = min(_tried(trial), default=(before, ""))
+    if after * max(BETTER, before / FITTING) >= before:
+        return said
+    return [f"{line}: residuals {100 * after:.3g} % of the torque then, {100 * before:.3g} % as it is"]
+
+
+def _log_of(sampled: Sampled) -> _Log | None:
+    """Return samples at which dry friction does not reverse, torques through the filter of positions."""
+    motion, chosen = sampled.motion, sampled.chosen
+    counted = np.flatnonzero(sampled.counted.all(axis=1))
+    if chosen is None or len(counted) < FEWEST:
+        return None
+    some = counted[:: max(1, len(counted) // SAMPLES)]
+    tau = smooth(motion.tau, chosen, replace(sampled.record, t=motion.t))
+    return _Log(motion.q[some], motion.qd[some], motion.qdd[some], tau[some])
+
+
+def _tried(trial: _Trial) -> Iterator[tuple[float, str]]:
+    """Return what mistakes, undone, leave of torques, and their names."""
+    equations, log = trial.equations, trial.log
+    joints, motors = equations.machine.independent_joints, equations.machine.motor_joints
+    every = {"positions are in degrees: call their columns q_... [deg]": log.turned(slice(None), DEGREE)}
+    every["t is in minutes: call it t [min]"] = replace(log, qd=log.qd / MINUTE, qdd=log.qdd / MINUTE**2)
+    for k, joint in enumerate(joints):
+        every[f"q_{joint.name} has the opposite sign"] = log.turned(k, -1.0)
+        every[f"q_{joint.name} is in degrees: call it q_{joint.name} [deg]"] = log.turned(k, DEGREE)
+    for a, b in combinations(range(len(joints)), 2):
+        order = [b if k == a else a if k == b else k for k in range(len(joints))]
+        every[f"q_{joints[a].name} and q_{joints[b].name} are exchanged"] = log.exchanged(order)
+    yield from ((_Trial(equations, other).left(), name) for name, other in every.items())
+    for a, b in combinations(range(len(motors)), 2):
+        order = [b if k == a else a if k == b else k for k in range(len(motors))]
+        other = replace(log, tau=log.tau[:, order])
+        yield _Trial(equations, other).left(), f"tau_{motors[a].name} and tau_{motors[b].name} are exchanged"
+        if len(motors) == len(joints):
+            both = other.exchanged(order)
+            yield _Trial(equations, both).left(), f"columns of {motors[a].name} and {motors[b].name} are exchanged"
+    for m, joint in enumerate(motors):
+        name = f"beside the others tau_{joint.name} has another unit, sign or side of its gear"
+        for factor in {trial.gain(m, near) for near in GAINS} - {0.0}:
+            gains = np.where(np.arange(len(motors)) == m, factor, 1.0)
+            yield trial.left(gains), f"{name}: give --gain {joint.name}={factor:.3g}"
+
+
+def _dead(equations: Equations, sampled: Sampled) -> list[str]:
+    """Return lines on torques that do not change while their joint moves."""
+    machine, tau = equations.machine, sampled.motion.tau
+    entries = dict(zip(machine.motors, machine.motor_joints, strict=True))
+    moved = [entries[j].name for j in machine.motors if j in machine.independent]
+    still = {machine.independent_joints[k].name for k in sampled.motion.still}
+    constant = [joint.name for k, joint in enumerate(machine.motor_joints) if np.ptp(tau[:, k]) == 0]
+    what = "does not change while the joint moves: is its torque measured?"
+    return [f"tau_{name} {what}" for name in constant if name in moved and name not in still]
+
+
+def _other_sign(estimates: Sequence[Estimate]) -> list[str]:
+    """Return a line where all that is positive is negative, or all is another multiple of the file's values."""
+    alone = [e for e in estimates if e.unknown.quantity in ONE_SIGN and e.unknown.formula == e.unknown.label]
+    told = [e for e in alone if abs(e.value) > SIGN * e.std]
+    if len(told) > 1 and all(e.value < 0 for e in told):
+        return ["all torques have the opposite sign of those that move this machine: give --gain MOTOR=-1 for each"]
+    pairs = [(e.value / e.std, e.unknown.nominal / e.std) for e in estimates if abs(e.value) > SIGN * e.std]
+    both = np.array([x for x in pairs if np.isfinite(x).all()]).reshape(-1, 2).T
+    found, file = both
+    size = float(np.linalg.norm(found) * np.linalg.norm(file))
+    factor = float(found @ file / (file @ file)) if size else 1.0
+    if len(found) < 3 or found @ file < ALIKE * size or 1 / UNIT < factor < UNIT:
+        return []
+    return [
+        f"all values are {factor:.3g} of those of the file: check units of torques, or their side of the gears (--gain)"
+    ]
