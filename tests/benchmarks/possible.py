@@ -66,7 +66,7 @@ class Errors:
         """Add the estimates of a run; offsets, which are zero, follow those of the machine."""
         stated = found.possible.with_file if with_file and found.possible else [e.std for e in found.estimates]
         for e, std, true in zip(found.estimates, stated, truth, strict=False):
-            if math.isfinite(std):
+            if math.isfinite(std) and math.isfinite(true):
                 self.z.append((e.value - true) / std)
                 self.of_data.append((e.value - true) / e.std)
                 self.widths.append(std / e.std)
