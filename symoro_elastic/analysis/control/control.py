@@ -33,8 +33,10 @@ from symoro_elastic.analysis.control.optimum import refuse_mixed
 from symoro_elastic.analysis.control.plant import Plant, position_row
 from symoro_elastic.analysis.control.rules import RuledAxis
 from symoro_elastic.analysis.control.sampled import sampled_loop
+from symoro_elastic.analysis.control.slopes import MarginSlopes, margin_slopes, pole_slopes
 from symoro_elastic.analysis.control.tuning import Distances
 from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
 from symoro_elastic.machine.described import DescribedMachine
@@ -147,6 +149,32 @@ class Control(Result):
         """
         outputs = [one.output for one in self.places[place].compliances]
         return systems_for_control(self.plants[place], self.cascades, outputs)
+
+    def margin_slopes(self, motor: str, loop: str = "position", place: int = 0) -> MarginSlopes:
+        """Return how the margins of a loop, position or velocity, of an axis change with parameters and its drive.
+
+        Exact, with all else as it is: the other axes closed, gains unchanged but those that are named. Names are those
+        of parameters, of parts of its own drive (dead time), and Kp, Kv, Tn. Raises `InputError` for other axes, loops.
+        """
+        axes = {axis.motor: axis for axis in self.places[place].axes}
+        for what, given, known in (("motor", motor, [*axes]), ("loop", loop, ["position", "velocity"])):
+            if given not in known:
+                raise InputError(self.machine, what, f"{given} is none of {', '.join(known)}")
+        axis = axes[motor]
+        others = [one for one in self.cascades if one.motor != motor]
+        loops = AxisLoops.around(self.plants[place], axis.cascade, others)
+        is_inner = loop == "velocity"
+        return margin_slopes(loops, "Kp" if is_inner else "Kv", axis.velocity if is_inner else axis.position)
+
+    def pole_slopes(self, pole: complex | None = None, place: int = 0) -> tuple[complex, dict[str, complex]]:
+        """Return a pole of all closed loops, 1/s, and its derivatives by ln p, 1/s, by name p: exact.
+
+        The one next to `pole`, else the one that decays least; dead times and holds are exact. Gains and parts of
+        drives are named after their motor, as in "motor_x, dead time". Empty where the approximated pole is not near.
+        """
+        poles = self.loops[place].poles
+        near = max(poles, key=lambda s: s.real) if pole is None else min(poles, key=lambda s: abs(s - pole))
+        return pole_slopes(self.plants[place], self.cascades, complex(near))
 
     @property
     def headline(self) -> str:

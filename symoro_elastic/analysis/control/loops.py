@@ -78,11 +78,11 @@ class OpenAxis:
         """The responses at its frequencies."""
         return self._responses(self.frequencies)
 
-    def responses(self, frequencies: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    def responses(self, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """Return s, G_p and G_v at frequencies in Hz."""
         return self.on_grid if frequencies is self.frequencies else self._responses(frequencies)
 
-    def _responses(self, frequencies: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    def _responses(self, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         s = laplace(frequencies)
         return (s, *self.plant.axis_responses(s, self.motor, self.closed))
 
@@ -124,11 +124,11 @@ class AxisLoops:
         """Return the loops with other gains."""
         return replace(self, cascade=self.cascade.with_gains(**gains))
 
-    def responses(self, frequencies: Array) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    def responses(self, frequencies: Array | ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         """Return s, G_p and G_v at frequencies in Hz."""
         return self.open.responses(frequencies)
 
-    def terms_of_Kp(self, frequencies: Array) -> Terms:
+    def terms_of_Kp(self, frequencies: Array | ComplexArray) -> Terms:
         """Return a and b of the velocity loop, 1 + Kp b."""
         s, _, G_v = self.responses(frequencies)
         return np.ones_like(s), self.cascade.integral(s) * self.cascade.path_at(s) * s * G_v
@@ -144,17 +144,17 @@ class AxisLoops:
         distance = np.clip(KEPT * np.abs(a), least, usual)
         return a / distance, proportional / distance
 
-    def terms_of_Kv(self, frequencies: Array) -> Terms:
+    def terms_of_Kv(self, frequencies: Array | ComplexArray) -> Terms:
         """Return a and b of the position loop, 1 + Kv X."""
         s, G_p, G_v = self.responses(frequencies)
         C = self.cascade.controller(s)
         return np.ones_like(s), C * G_p / (1 + C * s * G_v)
 
-    def velocity_loop(self, frequencies: Array) -> ComplexArray:
+    def velocity_loop(self, frequencies: Array | ComplexArray) -> ComplexArray:
         """Return the open velocity loop at frequencies in Hz."""
         return self.cascade.Kp * self.terms_of_Kp(frequencies)[1]
 
-    def position_loop(self, frequencies: Array) -> ComplexArray:
+    def position_loop(self, frequencies: Array | ComplexArray) -> ComplexArray:
         """Return the open position loop at frequencies in Hz."""
         return self.cascade.Kv * self.terms_of_Kv(frequencies)[1]
 
@@ -225,11 +225,11 @@ def influences(loops: AxisLoops, key: str, found: LargestGain) -> dict[str, floa
     a, b = (loops.terms_of_Kp if key == "Kp" else loops.terms_of_Kv)(at)
     distance = np.conj(a + found.gain * b)[0]
     along = (distance * b[0]).real
-    slopes = _slopes_of_terms(loops, key, found.frequency)
+    slopes = slopes_of_terms(loops, key, found.frequency)
     return {name: float(-(distance * change).real / along) for name, change in slopes.items() if change}
 
 
-def _slopes_of_terms(loops: AxisLoops, key: str, frequency: float) -> dict[str, complex]:
+def slopes_of_terms(loops: AxisLoops, key: str, frequency: float) -> dict[str, complex]:
     """Return p db/dp by name p, b being that of Kp or Kv."""
     s, G_p, G_v = (x[0] for x in loops.responses(np.array([frequency])))
     at = np.array([s])
