@@ -8,8 +8,6 @@ those of several changes may cancel.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array
@@ -37,51 +35,55 @@ class Sweep:
         """
         tape, self._found = self._tape, [None] * self._tape.count
         for k, place in enumerate(tape.results):
-            adjoint = self._own(place)
+            self._found[place] = own = self._numbers[place]
+            own[:] = 0.0
             if seeds.ndim == 2:
-                adjoint[k] += seeds[k]
+                own[k] = seeds[k]
             else:
-                adjoint += seeds[:, k]
+                own[:] = seeds[:, k]
         with np.errstate(all="ignore"):
             for place in range(tape.count - 1, -1, -1):
-                if self._found[place] is not None and place not in changes.frozen:
-                    self._back(place, rows, changes)
+                adjoint = self._found[place]
+                if adjoint is not None and place not in changes.frozen:
+                    self._back(place, adjoint, rows, changes)
         return self._found
 
-    def _own(self, place: int) -> Array:
-        found = self._found[place]
-        if found is None:
-            found = self._found[place] = self._numbers[place]
-            found[:] = 0.0
-        return found
-
-    def _give(self, place: int, function: Callable[..., object], *factors: Array) -> None:
-        """Add function(factors) to the adjoint of a place."""
+    def _add(self, place: int, adjoint: Array) -> None:
+        """Add to the adjoint of a place; the first one is not copied."""
         if place >= self._tape.count:
             return
         found = self._found[place]
-        if found is None:
-            self._found[place] = self._numbers[place]
-            function(*factors, self._numbers[place])
-        else:
-            function(*factors, self._product)
-            found += self._product
+        self._found[place] = adjoint if found is None else np.add(found, adjoint, self._numbers[place])
 
-    def _back(self, place: int, rows: Rows, changes: Changes) -> None:
-        adjoint, operation, operands = self._numbers[place], self._tape.operations[place], self._tape.operands[place]
+    def _subtract(self, place: int, adjoint: Array) -> None:
+        if place >= self._tape.count:
+            return
+        found, own = self._found[place], self._numbers[place]
+        self._found[place] = np.negative(adjoint, own) if found is None else np.subtract(found, adjoint, own)
+
+    def _add_product(self, place: int, adjoint: Array, factor: Array) -> None:
+        if place >= self._tape.count:
+            return
+        if self._found[place] is None:
+            self._found[place] = np.multiply(adjoint, factor, self._numbers[place])
+        else:
+            self._add(place, np.multiply(adjoint, factor, self._product))
+
+    def _back(self, place: int, adjoint: Array, rows: Rows, changes: Changes) -> None:
+        operation, operands = self._tape.operations[place], self._tape.operands[place]
         if place in changes.straightened:
-            self._give(operands[0], np.positive, adjoint)
+            self._add(operands[0], adjoint)
         elif operation in SUMS:
             if (place, 0) not in changes.dropped:
-                self._give(operands[0], np.positive, adjoint)
+                self._add(operands[0], adjoint)
             if (place, 1) not in changes.dropped:
-                self._give(operands[1], np.positive if operation == ADD else np.negative, adjoint)
+                (self._add if operation == ADD else self._subtract)(operands[1], adjoint)
         elif operation == MULTIPLY:
             first, second = operands
-            self._give(first, np.multiply, adjoint, rows[second])
-            self._give(second, np.multiply, adjoint, rows[first])
+            self._add_product(first, adjoint, rows[second])
+            self._add_product(second, adjoint, rows[first])
         elif operation == NEGATE:
-            self._give(operands[0], np.negative, adjoint)
+            self._subtract(operands[0], adjoint)
         elif operands:
             self._back_by_rule(place, rows, adjoint)
 
@@ -92,15 +94,15 @@ class Sweep:
         x = [rows[operand] for operand in operands]
         partials = row.partials(arithmetic(np.float64).operations, rows[place], x)
         for operand, partial in zip(operands, partials.back(1.0), strict=True):
-            self._give(operand, np.multiply, adjoint, partial)
+            self._add_product(operand, adjoint, np.asarray(partial))
 
 
 def moved(tape: Tape, rows: Rows, change: Change) -> Array:
     """Return by how much a change moves the value of its node, (states,)."""
     if change.kind is Kind.FREEZE:
         return np.subtract(change.constant, rows[change.place])
-    if change.kind is Kind.STRAIGHTEN:
-        return np.subtract(rows[tape.operands[change.place][0]], rows[change.place])
     value = rows[tape.operands[change.place][change.operand]]
+    if change.kind is Kind.STRAIGHTEN:
+        return np.subtract(value, rows[change.place])
     is_subtracted = change.operand == 1 and tape.operations[change.place] == SUBTRACT
     return value if is_subtracted else -value

@@ -13,8 +13,8 @@ What is taken out of a part that has died meanwhile would use up the tolerance t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -54,44 +54,54 @@ class Search:
 
     def __init__(self, tape: Tape, candidates: Sequence[Change], sample: Sample, accepts: Accepts = accept_all) -> None:
         self._accepts = accepts
-        self._refused: set[Change] = set()
         states = sample.states.shape[1]
         self._tape, self._candidates, self._sample = tape, candidates, sample
         self._rows = tape.rows_in(np.empty((tape.count, states)))
         self._sweep = Sweep(tape, len(tape.results), states)
         tape.fill(self._rows, tape.steps(), sample.states)
         self._exact = tape.values(self._rows)
+        self._computed: list[Change] = []
+        self._errors = np.zeros(self._exact.shape)
         self._denominators = sorted({tape.operands[k][1] for k, x in enumerate(tape.operations) if x == DIVIDE})
         self._pivots = [self._rows[k].copy() for k in self._denominators]
 
     def run(self) -> list[Change]:
         """Return the changes taken, in order: errors are within the limits at all states of the sample."""
         taken: list[Change] = []
+        begun = self._begun(taken)
         for share in LIMITS:
-            self._refused = set()
+            refused: set[Change] = set()
             for _ in range(MOST_PASSES):
-                tried = self._pass(taken, share)
-                found = self._kept(taken, tried, share)
-                taken += found
+                with np.errstate(all="ignore"):
+                    tried = self._filled(begun, refused, share)
                 if not tried:
                     break
+                found = self._kept(taken, tried, share)
+                taken = [*taken, *found]
+                begun = self._begun(taken)
                 if not found:
-                    self._refused.add(tried[0])
+                    refused.add(tried[0])
         return taken
 
-    def errors(self, changes: Changes) -> Array:
-        """Return signed errors of results (results, states), of their limits."""
-        self._tape.fill(self._rows, self._tape.steps(changes), self._sample.states)
-        with np.errstate(all="ignore"):
-            return (self._tape.values(self._rows) - self._exact) * self._sample.weights
+    def errors(self, taken: list[Change]) -> Array:
+        """Return signed errors of results (results, states), of their limits; rows have the values of these changes."""
+        if taken != self._computed:
+            changes, self._computed = Changes.of(taken), taken
+            needed = self._tape.needed([*self._tape.results, *self._denominators], changes)
+            self._tape.fill(self._rows, self._tape.steps(changes, places=needed), self._sample.states)
+            with np.errstate(all="ignore"):
+                self._errors = (self._tape.values(self._rows) - self._exact) * self._sample.weights
+        return self._errors
 
-    def _pass(self, taken: Sequence[Change], limit: float) -> list[Change]:
-        """Return what one pass would take, by effects of the first order."""
-        changes, live = Changes.of(taken), Liveness(self._tape, taken)
-        errors = self.errors(changes)
-        adjoints = self._sweep.adjoints(self._rows, self._sample.weights, changes)
+    def _begun(self, taken: list[Change]) -> _Begun:
+        """What the next passes choose from."""
+        errors, live = self.errors(taken), Liveness(self._tape, taken)
+        adjoints = self._sweep.adjoints(self._rows, self._sample.weights, Changes.of(taken))
+        effects = _Effects(self._tape, self._rows, adjoints)
+        possible = [change for change in self._candidates if live.is_possible(change)]
         with np.errstate(all="ignore"):
-            return self._fill(taken, live, _Effects(self._tape, self._rows, adjoints), errors, limit)
+            sizes = [effects.largest(change) for change in possible]
+        return _Begun(taken, live, errors, effects, dict(zip(possible, sizes, strict=True)))
 
     def _kept(self, taken: Sequence[Change], tried: Sequence[Change], limit: float) -> list[Change]:
         """Return the first of the changes, as many as true errors allow."""
@@ -100,9 +110,9 @@ class Search:
             del found[-max(1, len(found) // GIVEN_BACK) :]
         return found
 
-    def _is_within(self, taken: Sequence[Change], limit: float) -> bool:
+    def _is_within(self, taken: list[Change], limit: float) -> bool:
         """Whether errors are within the limit, and no denominator has changed by much: not where one is NaN."""
-        errors = self.errors(Changes.of(taken))
+        errors = self.errors(taken)
         if not largest(errors) <= limit:
             return False
         for place, exact in zip(self._denominators, self._pivots, strict=True):
@@ -111,33 +121,20 @@ class Search:
                     return False
         return True
 
-    def _fill(
-        self, taken: Sequence[Change], live: Liveness, effects: _Effects, errors: Array, limit: float
-    ) -> list[Change]:
-        """Take candidates in order while the sum of errors and effects is within the limit."""
-        total, top = errors.copy(), largest(errors)
+    def _filled(self, begun: _Begun, refused: Collection[Change], limit: float) -> list[Change]:
+        """Return what a pass takes: candidates in order while the sum of errors and effects is within the limit."""
+        total, top, live = begun.errors, largest(begun.errors), begun.live
         found: list[Change] = []
-        for change, size in self._ordered(live, effects, limit + top):
+        for change, size in begun.ordered(refused, limit + top):
             if size > limit + top or not live.is_possible(change) or live.saved_by(change) <= 0:
                 continue
-            trial = total + effects.of(change)
+            trial = total + begun.effects.of(change)
             reached = largest(trial)
-            if reached <= limit and self._accepts([*taken, *found, change]):
+            if reached <= limit and self._accepts([*begun.taken, *found, change]):
                 total, top = trial, reached
                 live.apply(change)
                 found.append(change)
         return found
-
-    def _ordered(self, live: Liveness, effects: _Effects, most: float) -> list[tuple[Change, float]]:
-        """Candidates that are possible, with their largest effects, by effect for each operation saved."""
-        found = []
-        for number, change in enumerate(self._candidates):
-            if change not in self._refused and live.is_possible(change):
-                size = largest(effects.of(change))
-                saved = live.saved_by(change) if size <= most else 0
-                if saved > 0:
-                    found.append((size / saved, number, change, size))
-        return [(change, size) for _, _, change, size in sorted(found)]
 
 
 class _Effects:
@@ -145,6 +142,7 @@ class _Effects:
 
     def __init__(self, tape: Tape, rows: Rows, adjoints: Adjoints) -> None:
         self._tape, self._rows, self._adjoints = tape, rows, adjoints
+        self._most: dict[int, Array] = {}
         found = next(x for x in adjoints if x is not None)
         self._product = np.empty_like(found)
 
@@ -156,6 +154,41 @@ class _Effects:
         else:
             np.multiply(adjoint, moved(self._tape, self._rows, change), self._product)
         return self._product
+
+    def largest(self, change: Change) -> float:
+        """Return the largest magnitude of the effect: that of the largest adjoint of each state."""
+        adjoint = self._adjoints[change.place]
+        if adjoint is None:
+            return 0.0
+        if (most := self._most.get(id(adjoint))) is None:
+            most = self._most[id(adjoint)] = np.maximum(adjoint.max(axis=0), -adjoint.min(axis=0))
+        return largest(most * moved(self._tape, self._rows, change))
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """Changes taken, and what is known of the program with them, until one of `sizes` is taken, too.
+
+    `sizes` are the largest effects of the candidates that are possible.
+    """
+
+    taken: Sequence[Change]
+    live: Liveness
+    errors: Array
+    effects: _Effects
+    sizes: Mapping[Change, float]
+    saved: dict[Change, int] = field(default_factory=dict)
+
+    def ordered(self, refused: Collection[Change], most: float) -> list[tuple[Change, float]]:
+        """Candidates with their largest effects, not above the most, by effect for each operation saved."""
+        found = []
+        for number, (change, size) in enumerate(self.sizes.items()):
+            if size <= most and change not in refused:
+                if (saved := self.saved.get(change)) is None:
+                    saved = self.saved[change] = self.live.saved_by(change)
+                if saved > 0:
+                    found.append((size / saved, number, change, size))
+        return [(change, size) for _, _, change, size in sorted(found)]
 
 
 def largest(errors: Array) -> float:

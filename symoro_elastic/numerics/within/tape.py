@@ -127,7 +127,7 @@ class Tape:
 
     def rows_in(self, numbers: Array) -> Rows:
         """Return rows for all places, those of nodes in an array (nodes, states)."""
-        return [*numbers, *(np.full(numbers.shape[1], x) for x in self.constants)]
+        return [*numbers, *(np.broadcast_to(x, numbers.shape[1]) for x in self.constants)]
 
     def rows(self, states: Array, changes: Changes = NO_CHANGES, s: float = 0.0) -> Rows:
         """Return the values of all places at states (symbols, states), the program with changes at s."""
@@ -150,15 +150,29 @@ class Tape:
         """Return the values of the results (results, states)."""
         return picked(rows, self.results)
 
-    def steps(self, changes: Changes = NO_CHANGES, s: float = 0.0) -> list[Step]:
-        """Return what fills the rows of the program with changes."""
+    def steps(self, changes: Changes = NO_CHANGES, s: float = 0.0, places: Collection[int] | None = None) -> list[Step]:
+        """Return what fills the rows of the program with changes: of `places`, if given."""
         found = []
         for place, operands in enumerate(self.operands):
+            if places is not None and place not in places:
+                continue
             if place in changes.frozen:
                 found.append(self._frozen(place, changes.frozen[place], s))
             elif operands:
                 first, second = (*operands, -1)[:2]
                 found.append(Step(self._function(place, changes, s), first, second, place))
+        return found
+
+    def needed(self, roots: Iterable[int], changes: Changes = NO_CHANGES) -> set[int]:
+        """Return the places that the rows of `roots` need in the program with changes."""
+        found: set[int] = set()
+        pending = [*roots]
+        while pending:
+            place = pending.pop()
+            if place < self.count and place not in found:
+                found.add(place)
+                operands = () if place in changes.frozen else self.operands[place]
+                pending += [x for k, x in enumerate(operands) if (place, k) not in changes.dropped]
         return found
 
     def _function(self, place: int, changes: Changes, s: float) -> Callable[..., Any]:

@@ -1,7 +1,7 @@
 """Errors of a changed program at many states that its search has not seen, and a bound on those at as many more.
 
-Both programs are evaluated, in blocks that fit the processor's cache. Each block is drawn from a seed of its own, so
-that the worst states can be drawn again instead of being stored.
+Both programs are evaluated, in blocks whose rows fit the processor's cache: places use them one after the other. Each
+block is drawn from a seed of its own, so that the worst states can be drawn again instead of being stored.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.numerics.quantile_bound import bound_of_more
 from symoro_elastic.numerics.within.states import Bounds
-from symoro_elastic.numerics.within.tape import Tape, picked
+from symoro_elastic.numerics.within.tape import Rows, Tape, picked
 
 BLOCK = 2048
 LEAST = 1e-300
@@ -69,18 +69,31 @@ class _Evaluated:
 
     def __init__(self, exact: Tape, tape: Tape) -> None:
         self._tape, self._steps = tape, tape.steps()
-        self._rows = tape.rows_in(np.empty((tape.count, BLOCK)))
         order = {name: number for number, name in enumerate(exact.symbols)}
         self._symbols = [order[name] for name in tape.symbols]
         places: dict[int, int] = {}
         for found, own in zip(exact.entries, tape.entries, strict=True):
             places |= dict(zip(found, own, strict=True))
         self._places: Sequence[int] = [places[place] for place in exact.results]
+        self._rows = _shared_rows(tape, self._places)
 
     def values(self, states: Array) -> Array:
         """Return the results (results, states) at states in the order of the exact tape."""
         self._tape.fill(self._rows, self._steps, states[self._symbols])
         return picked(self._rows, self._places)
+
+
+def _shared_rows(tape: Tape, kept: Sequence[int]) -> Rows:
+    """Rows that are used again after the last use of a place; those of `kept` hold their values to the end."""
+    last = {x: place for place, operands in enumerate(tape.operands) for x in (place, *operands)}
+    last |= dict.fromkeys(kept, tape.count)
+    symbols = {place: np.empty(BLOCK) for place in tape.symbols.values()}
+    rows: Rows = tape.rows_in(np.empty((tape.count, BLOCK)))
+    free: Rows = []
+    for place, operands in enumerate(tape.operands):
+        rows[place] = symbols[place] if place in symbols else free.pop() if free else np.empty(BLOCK)
+        free += [rows[x] for x in {place, *operands} if last[x] == place and x < tape.count]
+    return rows
 
 
 def _bound(errors: Array, more: int) -> float:

@@ -21,6 +21,8 @@ from symoro_elastic.numerics.within.tape import NO_CHANGES, Changes, Tape
 STARTS, STEPS = 24, 24
 FIRST_STEP, LONGER, SHORTER = 0.1, 1.6, 0.4
 """Of the width of the box; by what it grows and shrinks."""
+MOVES = 3
+"""Of each step."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,8 @@ class _Climber:
         self._weights, self._result = weights, result.astype(int)
         self._states = np.arange(len(weights))
         self._sweep = Sweep(tape, 1, len(weights))
-        self._rows = [tape.rows_in(np.empty((tape.count, len(weights)))) for _ in range(2)]
-        self._steps = [tape.steps(NO_CHANGES), tape.steps(changes)]
+        self._rows = [[tape.rows_in(np.empty((tape.count, n * len(weights)))) for _ in range(2)] for n in (1, MOVES)]
+        self._steps = [tape.steps(x, places=tape.needed(tape.results, x)) for x in (NO_CHANGES, changes)]
         self.error = np.zeros(len(weights))
 
     def climbed(self, at: Array) -> Array:
@@ -78,19 +80,21 @@ class _Climber:
     def _best(self, at: Array, moves: Sequence[Array]) -> tuple[Array, BoolArray]:
         """The worst state of these for each, and where its positions have moved."""
         moved = np.zeros(at.shape[1], dtype=bool)
-        for number, other in enumerate(moves):
-            error = self._errors(other)
+        errors = self._errors(np.concatenate(moves, axis=1), MOVES).reshape(MOVES, -1)
+        for number, (other, error) in enumerate(zip(moves, errors, strict=True)):
             worse = np.abs(error) > np.abs(self.error)
             self.error = np.where(worse, error, self.error)
             at, moved = np.where(worse, other, at), np.where(worse, number > 0, moved)
         return at, moved
 
-    def _errors(self, at: Array) -> Array:
-        """Errors of the own result of each state, signed; rows are those of these states."""
-        for rows, steps in zip(self._rows, self._steps, strict=True):
+    def _errors(self, at: Array, times: int = 1) -> Array:
+        """Errors of the own result of each state, signed, so many times all states; the rows are those at `at`."""
+        both = self._rows[times > 1]
+        for rows, steps in zip(both, self._steps, strict=True):
             self._tape.fill(rows, steps, at)
-        exact, changed = (self._tape.values(rows)[self._result, self._states] for rows in self._rows)
-        errors: Array = (changed - exact) * self._weights
+        places = np.tile(self._result, times), np.arange(at.shape[1])
+        exact, changed = (self._tape.values(rows)[places] for rows in both)
+        errors: Array = (changed - exact) * np.tile(self._weights, times)
         return errors
 
     def _gradient(self) -> Array:
@@ -99,7 +103,7 @@ class _Climber:
         seeds = np.zeros((1, len(self._tape.results), len(sign)))
         seeds[0, self._result, self._states] = sign * self._weights
         found = np.zeros((len(self._tape.symbols), len(sign)))
-        for k, (rows, changes) in enumerate(zip(self._rows, (NO_CHANGES, self._changes), strict=True)):
+        for k, (rows, changes) in enumerate(zip(self._rows[0], (NO_CHANGES, self._changes), strict=True)):
             adjoints = self._sweep.adjoints(rows, seeds, changes)
             for symbol, place in enumerate(self._tape.symbols.values()):
                 adjoint = adjoints[place]
