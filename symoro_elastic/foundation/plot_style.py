@@ -24,6 +24,9 @@ PER_INCH = 11.5
 """Letters of a title in an inch, wide ones included."""
 LONGEST, MOST_LINES = 32, 3
 """Letters of a name, lines of a title."""
+MOST_TICKED = 1e3
+"""Ratio of a scale by logarithm on which 2 to 9 of each decade are marked; on longer ones 2 and 5, which take as long
+to draw as forty curves."""
 MOST_NAMED = 10
 """Curves of one diagram with colours of their own; others are grey."""
 LEAST_NUMBER, DARK_CELL = 0.05, 0.6
@@ -165,6 +168,9 @@ def logarithmic(axes: Any, *which: str) -> None:
     for each in which:
         getattr(axes, f"set_{each}scale")("log")
         axis = getattr(axes, f"{each}axis")
+        low, high = axis.get_view_interval()
+        if low > 0 and high / low > MOST_TICKED:
+            axis.get_minor_locator().set_params(subs=(2.0, 5.0))
         axis.set_major_formatter(plain)
         axis.set_minor_formatter(partial(_plain_within_a_decade, axis))
         axes.grid(True, which="minor", axis=each, linewidth=0.25)

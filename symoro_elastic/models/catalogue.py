@@ -34,7 +34,7 @@ from symoro_elastic.models.tracing import Trace, prune, schedule
 from symoro_elastic.symbolic.expression import reachable
 from symoro_elastic.symbolic.memory import no_collection
 from symoro_elastic.symbolic.operations import SYMBOL
-from symoro_elastic.symbolic.program import Input
+from symoro_elastic.symbolic.program import Input, Pruned
 
 __all__ = ["DEFAULT_MODELS", "MODELS", "Model", "TracedModel", "trace", "trace_scene"]
 
@@ -71,6 +71,12 @@ def trace(
     """The program of a model: its equations run on symbols by `expressions`, pruned and scheduled."""
     found = expressions(machine, name, asked, folded, points, merge_angles, by, grouping_of=grouping_of)
     return schedule(prune(found))
+
+
+@no_collection()
+def needs_of(machine: Machine, name: str) -> Pruned:
+    """What the results of a model need, its statements in no order: to be evaluated in numbers."""
+    return prune(expressions(machine, name)).needed
 
 
 def expressions(

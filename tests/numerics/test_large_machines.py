@@ -88,7 +88,7 @@ def test_slopes_in_numbers_are_the_traced_linear_model(
 def test_the_linear_model_of_a_long_chain_is_not_traced(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its formulas grow with the pairs of joints; r at rest is less than half as long as in motion."""
     motion = motion_of(chain(60))
-    monkeypatch.setattr(equations_of_motion, "trace", refused)
+    monkeypatch.setattr(equations_of_motion, "needs_of", refused)
     assert motion.forces_and_stiffness(motion.neutral_positions())[1].shape == (60, 60)
     at_rest, moving = len(reachable(motion.residual_at_rest)), len(reachable(motion.residual))
     assert 2 * at_rest < moving

@@ -195,9 +195,9 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
     finite = np.flatnonzero(~infinite)
     for first in range(0, len(finite), BLOCK):
         block = finite[first : first + BLOCK]
-        s = 2j * np.pi * frequencies[block][:, None, None]
-        moved = np.linalg.solve(s * s * linear.M + s * linear.D + linear.K, linear.F.astype(complex)[None])
-        values[block] = (linear.Cq + s * linear.Cv + s * s * linear.Ca) @ moved
+        omega = 2 * np.pi * frequencies[block][:, None, None]
+        moved = np.linalg.solve(_at(omega, linear.K, linear.D, linear.M), linear.F.astype(complex)[None])
+        values[block] = _at(omega, linear.Cq, linear.Cv, linear.Ca) @ moved
     machine = linear.motion.given
     units = {name: input_unit(machine, name) for name in linear.inputs}
     units |= {name: output_unit(machine, name) for name in linear.outputs}
@@ -211,6 +211,14 @@ def frequency_response(linear: Linearization, frequencies: Array) -> Response:
         machine=linear.motion.machine.name,
         linear=linear,
     )
+
+
+def _at(omega: Array, of_q: Array, of_qd: Array, of_qdd: Array) -> ComplexArray:
+    """Return of_q + s of_qd + s^2 of_qdd at s = j omega, omega (k, 1, 1): (k, rows, columns)."""
+    found: ComplexArray = np.empty((len(omega), *of_q.shape), dtype=complex)
+    found.real = of_q - omega * omega * of_qdd
+    found.imag = omega * of_qd
+    return found
 
 
 def _refuse_large(linear: Linearization, count: int) -> None:

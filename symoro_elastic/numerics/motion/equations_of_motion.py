@@ -35,7 +35,7 @@ from symoro_elastic.mechanics.kinematics import frame_set, motion_expressed_in, 
 from symoro_elastic.mechanics.mechanism import Mechanism
 from symoro_elastic.mechanics.spatial import is_zero
 from symoro_elastic.models.bind import Bound
-from symoro_elastic.models.catalogue import trace
+from symoro_elastic.models.catalogue import needs_of
 from symoro_elastic.models.cells import Points
 from symoro_elastic.models.rules import given_rules
 from symoro_elastic.numerics.independent_joints import with_independent_motors
@@ -47,12 +47,13 @@ from symoro_elastic.symbolic.duals import Dual, differentiating
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.gradient import gradient
 from symoro_elastic.symbolic.operations import SYMBOL
-from symoro_elastic.symbolic.program import Program
+from symoro_elastic.symbolic.program import Pruned
 from symoro_elastic.symbolic.tape import Tape
 
 DUALS = differentiating(FLOATS)
-MOST_PAIRS = 1500
-"""Pairs of a joint and one between it and the base: a chain of 54 joints has as many. Formulas grow with the pairs."""
+MOST_PAIRS = 300
+"""Pairs of a joint and one between it and the base, as in a chain of 24 joints: formulas, which grow with them, take
+400 evaluations and more to pay."""
 LARGEST_BLOCK = 1 << 24
 """Numbers of slopes that are kept at a time."""
 LARGEST_INPUT = 1e9
@@ -192,9 +193,9 @@ class EquationsOfMotion:
         return Domain(self.given)
 
     @traced_once
-    def linear_model(self) -> Program:
-        """The traced model `linearization`: M, D, K by one recursion."""
-        return trace(self.machine, "linearization").program
+    def linear_model(self) -> Pruned:
+        """What the model `linearization` needs: M, D, K by one recursion."""
+        return needs_of(self.machine, "linearization")
 
     @traced_once
     def bodies(self) -> Mechanism:

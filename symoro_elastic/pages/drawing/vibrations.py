@@ -65,12 +65,12 @@ def modes_data(one: ModeSet, extent: float) -> dict[str, Any]:
     }
 
 
-def full_shape(modal: Modes, k: int, extent: float) -> Array:
-    """Return the change of q (n,) by mode k at full amplitude, for a machine of an extent, m."""
-    shape = np.zeros(len(modal.linear.state.q))
-    amplitude = _amplitude(frame_shapes(modal)[:, :, k], extent)
-    shape[list(modal.linear.kept)] = modal.shapes[:, k] * amplitude
-    return shape
+def full_shapes(modal: Modes, some: Sequence[int], extent: float) -> Array:
+    """Return the changes of q (modes, n) by some modes at full amplitude, for a machine of an extent, m."""
+    seen, shapes = frame_shapes(modal), np.zeros((len(some), len(modal.linear.state.q)))
+    for shape, k in zip(shapes, some, strict=True):
+        shape[list(modal.linear.kept)] = modal.shapes[:, k] * _amplitude(seen[:, :, k], extent)
+    return shapes
 
 
 def _mode(modal: Modes, k: int, seen: Array, amplitude: float, strain: Shares, kinetic: Shares) -> dict[str, Any]:

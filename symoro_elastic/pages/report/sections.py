@@ -41,9 +41,9 @@ from symoro_elastic.numerics.motion.equilibrium import equilibrium
 from symoro_elastic.numerics.verification.verify import Verification
 from symoro_elastic.pages.closed_chains import closed_chain, closed_chain_lines
 from symoro_elastic.pages.drawing.figure import figure_of
-from symoro_elastic.pages.drawing.placements import placements_of
+from symoro_elastic.pages.drawing.placements import Placements, placements_of
 from symoro_elastic.pages.drawing.svg import joint_counts, picture_of, svg
-from symoro_elastic.pages.drawing.vibrations import full_shape
+from symoro_elastic.pages.drawing.vibrations import full_shapes
 from symoro_elastic.pages.equations.page import HTML, content
 from symoro_elastic.pages.show import axes_table
 from symoro_elastic.symbolic.program import OperationCount
@@ -57,7 +57,11 @@ MOST_LINES = 24
 RECURSIONS = ("inverse_dynamics", "direct_dynamics")
 
 COUNTED = ("inverse_dynamics", "direct_dynamics", "inertia_matrix", "bias_forces", "geometric_model")
+BY_PAIRS = "inertia_matrix"
+"""It grows with the pairs of joints, and is counted where they are few."""
 MOST_RESPONSES, MOST_OPENED, MOST_WARNINGS = 4, 20, 5
+PLOTTED = 1000
+"""Frequencies of a plot of responses, two for each of its pixels."""
 MOST_JOINTS = 60
 """Rows of a machine that a page has accuracy and equations of: those of 100 take minutes and 90 MB."""
 
@@ -102,9 +106,16 @@ class Subject:
         return replace(found, stiffnesses=point_stiffnesses(pushed, found))
 
     @cached_property
+    def placements(self) -> Placements:
+        """Where the frames of the pictures are."""
+        return placements_of(self.machine)
+
+    @cached_property
     def counts(self) -> Mapping[str, tuple[OperationCount, OperationCount]]:
         """Operations of some models, in a call and once for a parameter set."""
-        return operation_counts(self.machine, Scene(models=COUNTED))
+        is_long = len(self.machine.joints) > MOST_JOINTS
+        counted = tuple(name for name in COUNTED if not (is_long and name == BY_PAIRS))
+        return operation_counts(self.machine, Scene(models=counted))
 
     @cached_property
     def verified(self) -> Verification:
@@ -210,7 +221,7 @@ def _stiffness(subject: Subject) -> Iterator[str]:
 
 def _machine(subject: Subject) -> Iterator[str]:
     machine = subject.machine
-    yield machine_image(machine)
+    yield machine_image(subject.placements)
     yield from (paragraph(note) for note in machine.origin.notes)
     yield block(machine_table(machine, "Geometric parameters, bodies and springs", with_units=True))
     placed = placed_machine(machine, {})
@@ -239,7 +250,7 @@ def _modes(subject: Subject) -> Iterator[str]:
     if held := subject.modal.linear.held:
         yield paragraph(f"Held: {', '.join(held)}.")
     yield from blocks_of(subject.modal)
-    yield f'<div class="pictures">{"".join(mode_images(subject.modal, subject.machine))}</div>'
+    yield f'<div class="pictures">{"".join(mode_images(subject.modal, subject.placements))}</div>'
 
 
 def _responses(subject: Subject) -> Iterator[str]:
@@ -248,7 +259,7 @@ def _responses(subject: Subject) -> Iterator[str]:
         raise InputError(subject.machine.label, "motors", "there is none, so no response to show")
     _refuse_stiff(subject, "so nothing resonates")
     shown = replace(linear, F=linear.F[:, :MOST_RESPONSES], inputs=linear.inputs[:MOST_RESPONSES])
-    found = frequency_response(shown, frequency_grid(linear))
+    found = frequency_response(shown, frequency_grid(linear, points=PLOTTED))
     for j, name in enumerate(found.inputs):
         drawn = picture(bode(found, j).figure(), "svg")
         described = f"Magnitude and phase of {', '.join(found.outputs)} over {name}"
@@ -280,6 +291,9 @@ def _counts(subject: Subject) -> Iterator[str]:
         table.add_row(name, *map(operations, counts))
     yield block(table)
     yield paragraph("x products and divisions, + sums and differences")
+    if BY_PAIRS not in subject.counts:
+        which = f"{BY_PAIRS} of more than {MOST_JOINTS} joints grows with their pairs"
+        yield paragraph(f"{which}: symoro-elastic generate --model {BY_PAIRS} counts it.")
 
 
 def _accuracy(subject: Subject) -> Iterator[str]:
@@ -315,24 +329,22 @@ def _content(machine: Machine, model: str) -> dict[str, Any]:
     return content(package, package.functions[0], HTML, prefix=f"{model}-")
 
 
-def machine_image(machine: Machine) -> str:
+def machine_image(placements: Placements) -> str:
     """Return the picture of a machine where its joints are at zero and its springs neutral."""
-    placements = placements_of(machine)
     figure = figure_of(placements, placements.start)
-    return image(svg(picture_of(figure)), f"{machine.name}: {joint_counts(figure)}")
+    return image(svg(picture_of(figure)), f"{placements.machine.name}: {joint_counts(figure)}")
 
 
-def mode_images(modal: Modes, machine: Machine) -> Iterator[str]:
+def mode_images(modal: Modes, placements: Placements) -> Iterator[str]:
     """Return a picture of each of the lowest modes, at full amplitude."""
-    placements = placements_of(machine)
     q = modal.linear.state.q
     figure = figure_of(placements, q)
     strain = strain_shares(modal)
     vibrating = [int(k) for k in np.flatnonzero(modal.frequencies > 0)][:MOST_PICTURES]
-    for k in vibrating:
+    for k, shape in zip(vibrating, full_shapes(modal, vibrating, figure.extent), strict=True):
         name, share = strain.largest(k)
         said_of = f"Mode {k + 1}: {modal.frequencies[k]:.4g} Hz, {share:.0%} of the strain energy in {name}"
-        T = placements.at(q + full_shape(modal, k, figure.extent))
+        T = placements.at(q + shape)
         yield image(svg(picture_of(figure, T)), said_of, said_of)
 
 
