@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.excitation import FourierMotion, Limits, excite
+from symoro_elastic.analysis.identification.excitation import excite
+from symoro_elastic.analysis.identification.fourier_motion import FourierMotion, Limits
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate
 from symoro_elastic.analysis.identification.views import table

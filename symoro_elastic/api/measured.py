@@ -40,6 +40,7 @@ def excite(machine: MachineLike, options: Exciting) -> ExcitingTrajectory:
     """
     from symoro_elastic.analysis.identification import trajectory
     from symoro_elastic.analysis.identification.excitation import excite as optimized
+    from symoro_elastic.analysis.identification.fourier_motion import Started
     from symoro_elastic.numerics.independent_joints import with_independent_motors
 
     driven, rate = with_independent_motors(the_machine(machine)), options.sample_rate
@@ -53,9 +54,9 @@ def excite(machine: MachineLike, options: Exciting) -> ExcitingTrajectory:
         driven, limits, options.fundamental, options.harmonics, options.values, tuple(options.known),
         evaluations=options.evaluations, seed=options.seed,
         progress=lambda done, total, _: options.progress(done, total), box=options.workspace, payloads=options.payload,
-        laws=_laws(options, driven),
+        laws=_laws(options, driven), seek=tuple(options.seek),
     )  # fmt: skip
-    sampled = trajectory.trajectory(best.motion, limits, options.periods, rate)
+    sampled = trajectory.trajectory(Started(best.motion, best.start, options.periods), rate)
     return trajectory.ExcitingTrajectory(driven, best, sampled, limits, dict(options.payload))
 
 
@@ -107,7 +108,7 @@ def identify(machine: MachineLike, options: Identifying) -> Identified:
     seek = options.offsets, options.delay
     result = fit(
         driven, read, values, known, options.bandwidth, True, options.announce, None, *seek, trust, laws,
-        options.robust, behind,
+        options.robust, behind, tuple(options.seek),
     )  # fmt: skip
     checked = validation_of(result, other) if other else None
     known = {**dict.fromkeys(behind, 0.0), **known}

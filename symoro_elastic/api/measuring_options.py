@@ -21,6 +21,7 @@ from symoro_elastic.api.rows import (
     progress_row,
     sample_rate_row,
     seed_row,
+    seek_row,
     values_row,
 )
 
@@ -81,6 +82,7 @@ class Exciting(Options, kw_only=False):
     seed: int = seed_row()
     values: Values = values_row()
     known: Sequence[str] | Mapping[str, float | None] = known_row()
+    seek: Sequence[str] = seek_row()
     progress: Progress = progress_row()
 
 
@@ -93,6 +95,7 @@ class Identifying(Options, kw_only=False):
     _: KW_ONLY
     values: Values = values_row()
     known: Mapping[str, float | None] = known_row()
+    seek: Sequence[str] = seek_row()
     bandwidth: float | None = option(
         None, "HZ", "Bandwidth of the motion, Hz (default: from its spectrum).", kinds.NUMBER
     )

@@ -229,6 +229,12 @@ def known_row() -> Any:
     return option({}, "LABEL[=X]", what, kinds.NUMBERS_OR_NONE)
 
 
+def seek_row() -> Any:
+    """Return the row of parameters and bodies that are sought alone."""
+    what = "Parameter that is sought, or body, by its joint, whose parameters are, such as a payload; all others are "
+    return option((), "LABEL", what + "those of the file (default: all are sought).", kinds.TEXTS)
+
+
 def announce_row(**more: Any) -> Any:
     """Return the row of what is called at each stage."""
     return argument(announce_nothing, "Called with the name of each stage.", **more)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.excitation import FourierMotion, Limits, random_motion
+from symoro_elastic.analysis.identification.fourier_motion import FourierMotion, Limits, random_motion
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
 from symoro_elastic.analysis.identification.simulated_measurements import Controller, Sensors, measure, simulate

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.excitation import FourierMotion, Limits, random_motion
+from symoro_elastic.analysis.identification.fourier_motion import FourierMotion, Limits, random_motion
 from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import ByLinearity, regressor

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from symoro_elastic.analysis.identification.excitation import Limits, random_motion
+from symoro_elastic.analysis.identification.fourier_motion import Limits, random_motion
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import ByLinearity, regressor
 from symoro_elastic.analysis.time_series.measurements import Measurements

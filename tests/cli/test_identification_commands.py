@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 pytest.importorskip("scipy")
 
-from symoro_elastic.analysis.identification.excitation import Limits, random_motion
+from symoro_elastic.analysis.identification.fourier_motion import Limits, random_motion
 from symoro_elastic.formats import read_machine, write_machine
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.machine import Friction, Machine

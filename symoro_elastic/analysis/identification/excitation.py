@@ -12,27 +12,35 @@ import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from symoro_elastic.analysis.identification.excited_laws import ExcitedLaws
+from symoro_elastic.analysis.identification.fourier_motion import (
+    FINER,
+    FourierMotion,
+    Limits,
+    Periodic,
+    beside,
+    random_motion,
+    rise,
+    started,
+    within,
+)
 from symoro_elastic.analysis.identification.friction_laws import FrictionLaws, without_cogging
 from symoro_elastic.analysis.identification.identify import structural_grouping
 from symoro_elastic.analysis.identification.payloads import corners
-from symoro_elastic.analysis.identification.regression import Regressor, refuse_unknown_labels, regressor
+from symoro_elastic.analysis.identification.regression import Regressor, others_than, refuse_unknown_labels, regressor
 from symoro_elastic.analysis.identification.workspace import Box
 from symoro_elastic.foundation.array_types import Array
-from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_identification
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.machine.machine import Machine
 from symoro_elastic.numerics.independence import independent_columns
 
-SAMPLES_PER_PERIOD = 12  # of the fastest harmonic
-BETWEEN = 1.0025  # samples miss 1 - cos(pi / 48) of a peak of the fastest harmonic
-PLACES, SMALLER = 30, 0.25  # other places for a motion, and its share there
-FINER = 4  # samples where peaks are sought
-BETWEEN_TORQUES = 1.01  # samples miss 1 - cos(pi / 24) of a peak of twice its frequency, as squares of velocities have
+PLACES, FEW_PLACES, SMALLER = 30, 6, 0.25  # other places for a motion, fewer where there is one; its share there
+SMALLEST = 0.15  # share of a motion below which other places are tried
 SEEN = 1e-4  # independence of columns that the search keeps
 LEAST = 1e-6  # of a motion: dry friction is there as soon as it moves
 STEP = 1e-4  # of differences, of the limits
@@ -42,75 +50,11 @@ PASSES = 3  # of the quasi-static response of springs
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Of each motor: lowest and highest position (rad or m), velocity and acceleration (per s, per s2).
-
-    `torque` are ranges of torques, N m or N, None for motors without; empty where no motor has one.
-    """
-
-    low: Array
-    high: Array
-    velocity: Array
-    acceleration: Array
-    torque: tuple[Range | None, ...] = ()
-
-    @classmethod
-    def of(cls, low: Sequence[float], high: Sequence[float], velocity: Sequence[float],
-           acceleration: Sequence[float]) -> Limits:  # fmt: skip
-        """Return limits from sequences by motor; raises `InputError` for limits without room."""
-        arrays = [np.atleast_1d(np.array(x, dtype=float)) for x in (low, high, velocity, acceleration)]
-        if len({len(x) for x in arrays}) > 1:
-            raise InputError(
-                "limits", "motors", "give as many low, high, velocity and acceleration limits as there are motors"
-            )
-        for k, (a, b, v, d) in enumerate(zip(*arrays, strict=True)):
-            if not (a < b and v > 0 and d > 0):
-                what = f"no room: low {a:g}, high {b:g}, velocity {v:g}, acceleration {d:g}"
-                raise InputError("limits", f"motor {k + 1}", what)
-        return cls(arrays[0], arrays[1], arrays[2], arrays[3])
-
-
-@dataclass(frozen=True)
-class FourierMotion:
-    """A periodic motion of motors: fundamental frequency (Hz), centre (m), a and b (m, harmonics), rad/s or m/s."""
-
-    frequency: float
-    centre: Array
-    a: Array
-    b: Array
-
-    @property
-    def period(self) -> float:
-        """Period, s."""
-        return 1 / self.frequency
-
-    def at(self, t: float | Array) -> tuple[Array, Array, Array]:
-        """Return q, qd, qdd (..., m) of the motors at times t (...)."""
-        harmonics = np.arange(1, self.a.shape[1] + 1) * 2 * np.pi * self.frequency
-        phase = np.multiply.outer(np.asarray(t, dtype=float), harmonics)
-        sine, cosine = np.sin(phase), np.cos(phase)
-        q = self.centre + sine @ (self.a / harmonics).T - cosine @ (self.b / harmonics).T
-        qd = cosine @ self.a.T + sine @ self.b.T
-        qdd = cosine @ (self.b * harmonics).T - sine @ (self.a * harmonics).T
-        return q, qd, qdd
-
-    def scaled(self, share: float) -> FourierMotion:
-        """Return the motion made smaller about its centre."""
-        return replace(self, a=self.a * share, b=self.b * share)
-
-    def times(self, finer: int = 1) -> Array:
-        """Return samples of one period at which limits are checked."""
-        count = finer * SAMPLES_PER_PERIOD * self.a.shape[1]
-        times: Array = np.arange(count) * self.period / count
-        return times
-
-
-@dataclass(frozen=True)
 class Excitation:
     """An exciting motion, its condition number and that of the first motion, and the excited parameters.
 
-    `torques` are the least and the largest of each motor over a period, by the parameters of the machine; empty where
-    `unknown` ones have no value.
+    It starts and stops in `start` s each. `torques` bound those of each motor from rest to rest, by the parameters of
+    the machine; empty where `unknown` ones have no value. `natural` is the first natural frequency of springs, Hz.
     """
 
     motion: FourierMotion
@@ -118,27 +62,10 @@ class Excitation:
     before: float
     history: tuple[float, ...]
     columns: tuple[str, ...]
+    start: float
     torques: tuple[tuple[float, float], ...] = ()
     unknown: tuple[str, ...] = ()
-
-
-def within(motion: FourierMotion, limits: Limits) -> FourierMotion:
-    """Return the motion scaled and centred to the limits; smaller motions stay as they are."""
-    q, qd, qdd = replace(motion, centre=np.zeros_like(motion.centre)).at(motion.times(FINER))
-    low, high = BETWEEN * q.min(axis=0), BETWEEN * q.max(axis=0)
-    ratios = ((high - low) / (limits.high - limits.low), BETWEEN * np.abs(qd).max(axis=0) / limits.velocity,
-              BETWEEN * np.abs(qdd).max(axis=0) / limits.acceleration)  # fmt: skip
-    scale = 1 / np.maximum(1.0, np.max(ratios, axis=0))
-    centre = np.clip(motion.centre, limits.low - scale * low, limits.high - scale * high)
-    return replace(motion, centre=centre, a=motion.a * scale[:, None], b=motion.b * scale[:, None])
-
-
-def random_motion(limits: Limits, frequency: float, harmonics: int, seed: int = 0) -> FourierMotion:
-    """Return a random motion that fills the limits."""
-    rng = np.random.default_rng(seed)
-    motors = len(limits.low)
-    a, b = rng.standard_normal((2, motors, harmonics)) * 10 * np.max(limits.velocity)
-    return within(FourierMotion(frequency, (limits.low + limits.high) / 2, a, b), limits)
+    natural: float = math.inf
 
 
 class Response:
@@ -167,24 +94,47 @@ class Response:
         """Parameters without value, for which no torque is known."""
         return tuple(x.label for x, known in zip(self.Y.columns, np.isfinite(self._values), strict=True) if not known)
 
-    def torques(self, motion: FourierMotion) -> Array:
-        """Return the torques of the motors along one period, (samples, m), by the parameters of the machine.
-
-        Those of cogging, whose peaks are between samples, are not in them.
+    def torques(self, motion: Periodic) -> tuple[Array, Array]:
+        """Return the least and the largest torques of the motors along a motion, (m,) each, by the parameters of the
+        machine, with what is between samples: peaks of what is smooth, reversals of dry friction, peaks of cogging.
         """
-        q, qd, qdd = self.states(motion, FINER)
-        felt = self.Y.torques(q, qd, qdd, range(len(self._values)), self._values) + self.Y.loads(q)
-        felt = felt + self.laws.torques((q, qd, qdd)) if self.laws else felt
-        found: Array = felt[:, self._motors]
-        return found
+        states, dry = self.states(motion, FINER), self._dry
+        smooth = [c for c in range(len(self._values)) if c not in dry]
+        felt = self.Y.torques(*states, smooth, self._values[smooth]) + self.Y.loads(states[0])
+        friction = self.Y.evaluate(*states, dry) @ self._values[dry]
+        friction = beside(friction + self.laws.torques(states) if self.laws else friction)
+        more, motors = rise(felt), self._motors
+        most, least = felt + more + friction.max(axis=0), felt - more + friction.min(axis=0)
+        return least[:, motors].min(axis=0) - self.cogging, most[:, motors].max(axis=0) + self.cogging
+
+    def excess(self, motion: Periodic, torque: Sequence[Range | None]) -> float:
+        """Return by how much torques leave these ranges, or frames their box, at most, as a share of a half width.
+
+        With all payloads; -1 where nothing is limited.
+        """
+        limited, each = [(k, one) for k, one in enumerate(torque) if one is not None], (self, *self.loaded)
+        reached = [one.torques(motion) for one in each] if limited else []
+        of_torques = [
+            max(2 * largest[k] - a.low - a.high, a.low + a.high - 2 * least[k]) / (a.high - a.low) - 1
+            for least, largest in reached
+            for k, a in limited
+        ]
+        box = self.box
+        of_box = [box.excess(one.states(motion, FINER)[0]) for one in each] if box else []
+        return float(max([-1.0, *of_torques, *of_box]))
+
+    @cached_property
+    def _dry(self) -> list[int]:
+        """Columns of dry friction, which jump."""
+        return [c for c, column in enumerate(self.Y.columns) if column.quantity == "FS"]
 
     @property
     def cogging(self) -> Array:
         """Return the amplitudes of the cogging of motors, (m,)."""
         return self.laws.amplitudes[self._motors] if self.laws else np.zeros(len(self._motors))
 
-    def states(self, motion: FourierMotion, finer: int = 1) -> tuple[Array, Array, Array]:
-        """Return q, qd, qdd (samples, n) of all joints along one period."""
+    def states(self, motion: Periodic, finer: int = 1) -> tuple[Array, Array, Array]:
+        """Return q, qd, qdd (samples, n) of all joints along a motion."""
         times = motion.times(finer)
         shape = (len(times), len(self.machine.independent))
         q, qd, qdd = np.tile(self.Y.start, (shape[0], 1)), np.zeros(shape), np.zeros(shape)
@@ -197,6 +147,18 @@ class Response:
             q[:, soft] = deflection + self._neutral
             qd[:, soft], qdd[:, soft] = _periodic(deflection, motion.period)
         return q, qd, qdd
+
+    def natural(self, motion: FourierMotion) -> float:
+        """Return the first natural frequency of springs along a motion, motors held, Hz; infinite without springs."""
+        soft, stiffness, inertial, X = self._springs
+        if not soft:
+            return math.inf
+        q, qd, _ = self.states(motion)
+        units = [np.where(np.arange(q.shape[1]) == k, 1.0, np.zeros_like(q)) for k in soft]
+        rest = self.Y.evaluate(q, qd, np.zeros_like(q), inertial)
+        M = np.stack([(self.Y.evaluate(q, qd, one, inertial) - rest)[:, soft] @ X for one in units], axis=2)
+        root = np.sqrt(stiffness)
+        return 1 / (2 * np.pi * math.sqrt(np.linalg.eigvalsh(M / np.multiply.outer(root, root)).max()))
 
     def _stiffness(self) -> tuple[list[int], Array, list[int], Array]:
         """Return elastic joints with known stiffness, and the inertial parameters that load them."""
@@ -220,17 +182,9 @@ def within_torques(motion: FourierMotion, torque: Sequence[Range | None], respon
 
     At rest where none are.
     """
-    limited, box = [(k, one) for k, one in enumerate(torque) if one is not None], response.box
-    if not limited and box is None:
-        return motion
 
     def excess(share: float) -> float:
-        """Return by how much a range is left at most, as a share of its half width."""
-        smaller = motion.scaled(share)
-        each = [response, *response.loaded]
-        torques = [one.torques(smaller) for one in each] if limited else []
-        of_torques = [_excess(tau[:, k], one, response.cogging[k]) for tau in torques for k, one in limited]
-        return max([*of_torques, *([box.excess(one.states(smaller, FINER)[0]) for one in each] if box else [])])
+        return response.excess(motion.scaled(share), torque)
 
     if not excess(1.0) > 0:
         return motion
@@ -241,13 +195,6 @@ def within_torques(motion: FourierMotion, torque: Sequence[Range | None], respon
     while excess(share) > 0:
         share, less = max(share * (1 - less), LEAST), min(2 * less, 0.5)
     return motion.scaled(share)
-
-
-def _excess(tau: Array, allowed: Range, cogging: float) -> float:
-    """Return by how much torques, peaks between samples and cogging leave a range, as a share of its half width."""
-    middle, half = (allowed.low + allowed.high) / 2, (allowed.high - allowed.low) / 2
-    mean = tau.mean()
-    return float(np.abs(mean - middle + BETWEEN_TORQUES * (tau - mean)).max() + cogging) / half - 1
 
 
 class Condition:
@@ -316,6 +263,7 @@ def excite(
     box: Mapping[str, tuple[float, float]] | None = None,
     payloads: Mapping[str, tuple[float, float]] | None = None,
     laws: FrictionLaws | None = None,
+    seek: Sequence[str] = (),
 ) -> Excitation:
     """An exciting trajectory: the best of random motions, then L-BFGS-B of scipy.optimize on its coefficients,
     started again beside the best until the evaluations are used up.
@@ -323,9 +271,8 @@ def excite(
     Any coefficients are scaled into the limits, so the search is free of constraints and every motion it visits
     keeps them. `box` are ranges of positions of frames by signal (`tool.x`, m), `payloads` those of parameters by name,
     within which limits are kept. `laws` are of friction beyond FV and FS, and of cogging. `progress` is called with
-    evaluations done, their number, and the best condition number. `known` are labels of parameters that are not
-    sought. Motors are independent joints
-    (`with_independent_motors`). Deterministic by `seed`. Raises `InputError`.
+    evaluations done, their number, and the best condition number. `known` are labels that are not sought, `seek` bodies
+    or labels that alone are. Motors are independent joints. Deterministic by `seed`. Raises `InputError`.
     """
     optimize = for_identification("scipy.optimize")
     _refuse_following(machine)
@@ -334,7 +281,7 @@ def excite(
     response = _response(machine, values or {}, box or {}, payloads or {}, laws or FrictionLaws())
     limits = replace(limits, torque=()) if response.unknown else limits
     tried = _drawn(response, limits, frequency, harmonics, range(seed, seed + max(1, min(starts, evaluations))))
-    condition = Condition(response, tried[0], known)
+    condition = Condition(response, tried[0], (*others_than(machine, seek, response.Y.columns), *known))
     search = _Search(condition, limits, tried[0], evaluations, progress)
     for motion in tried:
         search(search.coefficients(motion))
@@ -345,8 +292,21 @@ def excite(
             optimize.minimize(search, start, method="L-BFGS-B", options={"eps": STEP, "maxfun": 10**6})
             start = search.coefficients(search.best)
             start += AWAY * rng.standard_normal(len(start))
-    found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels)
-    return replace(found, torques=_ranges(response, search.best), unknown=response.unknown)
+    found = Excitation(search.best, search.lowest, first, tuple(search.history), condition.labels, 0.0)
+    return _whole(found, condition, limits)
+
+
+def _whole(found: Excitation, condition: Condition, limits: Limits) -> Excitation:
+    """Return an excitation with its start and torques, smaller where no start keeps the limits; raises `InputError`."""
+    response = condition.response
+    whole = started(found.motion, limits, lambda one: response.excess(one, limits.torque) <= 0)
+    if whole is None:
+        what = "no start from rest, and no stop, keeps the torques in [limits] or the box of --workspace"
+        raise response.machine.error("limits", f"{what}: give them more room, or other positions")
+    return replace(
+        found, motion=whole.motion, condition=condition(whole.motion), start=whole.start,
+        torques=_ranges(response, whole), unknown=response.unknown, natural=response.natural(whole.motion),
+    )  # fmt: skip
 
 
 def _response(
@@ -383,24 +343,24 @@ def _drawn(
 
 
 def _first(limits: Limits, frequency: float, harmonics: int, seed: int, response: Response) -> FourierMotion:
-    """Return a random motion within all limits: about the middle, or about another place where gravity leaves none."""
+    """Return a random motion within all limits: about the middle, or about another place where that has little room."""
     motion, rng = random_motion(limits, frequency, harmonics, seed), np.random.default_rng(seed)
-    kept = within_torques(motion, limits.torque, response)
-    for _ in range(PLACES):
-        if kept.a.any():
+    kept, size = within_torques(motion, limits.torque, response), float(np.abs(motion.a).max())
+    for k in range(PLACES):
+        if np.abs(kept.a).max() >= SMALLEST * size or (kept.a.any() and k >= FEW_PLACES):
             break
         elsewhere = replace(motion.scaled(SMALLER), centre=rng.uniform(limits.low, limits.high))
-        kept = within_torques(within(elsewhere, limits), limits.torque, response)
+        other = within_torques(within(elsewhere, limits), limits.torque, response)
+        kept = max(kept, other, key=lambda one: float(np.abs(one.a).max()))
     return kept
 
 
-def _ranges(response: Response, motion: FourierMotion) -> tuple[tuple[float, float], ...]:
+def _ranges(response: Response, motion: Periodic) -> tuple[tuple[float, float], ...]:
     """Return the least and the largest torque of each motor, with all payloads; none of unknown parameters."""
     if response.unknown:
         return ()
-    torques = np.concatenate([one.torques(motion) for one in (response, *response.loaded)])
-    each = zip(torques.T, response.cogging.tolist(), strict=True)
-    return tuple((float(x.min()) - more, float(x.max()) + more) for x, more in each)
+    least, largest = zip(*(one.torques(motion) for one in (response, *response.loaded)), strict=True)
+    return tuple(zip(np.min(least, axis=0).tolist(), np.max(largest, axis=0).tolist(), strict=True))
 
 
 def _refuse_following(machine: Machine) -> None:

@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.analysis.identification.estimation import Unknown
-from symoro_elastic.analysis.identification.friction_laws import COSINE, LOAD, SINE, STATIC, FrictionLaws, refuse_laws
+from symoro_elastic.analysis.identification.fourier_motion import beside, rise
+from symoro_elastic.analysis.identification.friction_laws import COSINE, SINE, FrictionLaws, refuse_laws
 from symoro_elastic.analysis.identification.possible import Linear
 from symoro_elastic.analysis.identification.regression import Regressor
 from symoro_elastic.foundation.array_types import Array
@@ -51,12 +52,22 @@ class ExcitedLaws:
         return self.laws.columns(self.Y, self._linear, motion)
 
     def torques(self, motion: Motion) -> Array:
-        """Return the torques of friction beyond FV and FS by the file, (samples, n); cogging is in `amplitudes`."""
-        of_friction = [k for k, x in enumerate(self._unknowns) if x.quantity in (LOAD, STATIC)]
-        if not of_friction:
-            return np.zeros_like(motion[0])
-        found: Array = self.columns(motion)[:, :, of_friction] @ self._numbers[of_friction]
-        return found
+        """Return the torques of friction beyond FV and FS by the file, (samples, n); cogging is in `amplitudes`.
+
+        Between samples of a period they are largest: those by load as their rise, Stribeck's at the slowest rate near.
+        """
+        q, qd, _ = motion
+        if not (self.laws.load or self.laws.stribeck):
+            return np.zeros_like(q)
+        count = len(self.laws.load) + len(self.laws.stribeck)
+        found, load = self.columns(motion)[:, :, :count] * self._numbers[:count], len(self.laws.load)
+        found[:, :, :load] += np.sign(found[:, :, :load]) * rise(np.abs(found[:, :, :load]))
+        rates, half = self.Y.rates(list(self.laws.stribeck), q, qd), np.array(list(self.laws.stribeck.values()))
+        near, more = beside(rates), rise(rates)
+        slowest = np.maximum(np.abs(near).min(axis=0) - more, 0.0) * (near.min(axis=0) * near.max(axis=0) > 0)
+        found[:, :, load:] *= ((1 + (rates / half) ** 2) / (1 + (slowest / half) ** 2))[:, None]
+        torques: Array = found.sum(axis=2)
+        return torques
 
     @cached_property
     def amplitudes(self) -> Array:

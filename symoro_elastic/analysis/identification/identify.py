@@ -45,6 +45,7 @@ from symoro_elastic.analysis.identification.possible import FLOOR, Data, Linear,
 from symoro_elastic.analysis.identification.regression import (
     Regressor,
     RegressorColumn,
+    others_than,
     refuse_unknown_labels,
     regressor,
     zero_entries,
@@ -129,15 +130,16 @@ def identify(
     laws: FrictionLaws | None = None,
     robust: bool = False,
     unseen: Sequence[str] = (),
+    seek: Sequence[str] = (),
 ) -> Identification:
     """Return the parameters of a machine from one or several records of measurements.
 
     `values` are numbers of its named parameters (geometry), `known` values of columns that are not sought
     (`M13`, `FS5`: weighed, or taken as zero), `bandwidth` that of the motion in Hz if the spectrum is not to
-    decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` are sought where data
-    show them ("auto"), "always" or "never". `trust` is how far the file may be from the truth: bodies are possible, and
-    records may be short. `laws` are of friction beyond FV and FS. `robust` leaves out averages that stand out. `unseen`
-    are labels of columns that torques do not show. Raises `InputError`.
+    decide. `filtered` False uses measurements as they are. `offsets` of torques and their `delay` are sought "auto",
+    "always" or "never". `trust` is how far the file may be from the truth: bodies are possible, records may be short.
+    `laws` are of friction beyond FV and FS. `robust` leaves out averages that stand out. Torques do not show `unseen`
+    columns; `seek` are bodies or labels that alone are sought. Raises `InputError`.
     """
     records = [measured] if isinstance(measured, Measurements) else list(measured)
     step("filter")
@@ -146,11 +148,10 @@ def identify(
     step("trace")
     Y = Y or regressor(without_cogging(machine), values)
     step("group")
-    equations = _grouped(machine, Y, _known(Y.columns, {**dict.fromkeys(unseen, 0.0), **(known or {})}, machine))
+    equations = _grouped(machine, Y, _known(Y.columns, known or {}, machine, unseen, seek))
     _refuse_amount(parted, chosen, len(equations.kept), trust is not None)
     step("stack")
     stack = _Stack(equations, parted, chosen, laws or FrictionLaws())
-    _refuse_zero_torques(stack.columns.torques(0.0)[0], records[0].source)
     step("solve")
     stack.hide(unseen)
     sensors, estimation, tau, bodies = stack.estimated(offsets, delay, trust, robust)
@@ -185,6 +186,7 @@ class _Stack:
         self.columns = Columns(
             Y, noise, offsets, torques, correlation, period, fastest, repeating, draws if repeating else None
         )
+        _refuse_zero_torques(self.columns.torques(0.0)[0], self._source)
         self._plain = self.columns
         self._said: list[str] = []
         self._unsettled: list[str] = []
@@ -457,8 +459,16 @@ def _driven(machine: Machine) -> list[int]:
     return sorted({*machine.motor_entries, *machine.entries(moved)})
 
 
-def _known(columns: Sequence[RegressorColumn], known: Mapping[str, float], machine: Machine) -> dict[int, float]:
+def _known(
+    columns: Sequence[RegressorColumn],
+    known: Mapping[str, float],
+    machine: Machine,
+    unseen: Sequence[str],
+    seek: Sequence[str],
+) -> dict[int, float]:
+    """Return values of columns that are not sought, by number."""
     refuse_unknown_labels(machine, known, columns)
+    known = {**others_than(machine, seek, columns), **dict.fromkeys(unseen, 0.0), **known}
     numbers = {column.label: c for c, column in enumerate(columns)}
     for label, value in known.items():
         if not math.isfinite(value):

@@ -20,6 +20,7 @@ import numpy as np
 
 from symoro_elastic.analysis.identification.unit_parameters import has_body, machine_of_units, rigid_machine, units_of
 from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.errors import among
 from symoro_elastic.machine.checks import require_fixed_base
 from symoro_elastic.machine.formula import Formula, FormulaError
 from symoro_elastic.machine.labels import ParameterLabels, named_entries
@@ -365,6 +366,17 @@ def _carrier(machine: Machine, j: int) -> int:
     while j and machine.joint(j).sigma == 2:
         j = machine.joint(j).antecedent
     return j
+
+
+def others_than(machine: Machine, sought: Sequence[str], columns: Sequence[RegressorColumn]) -> dict[str, float]:
+    """Return values by label of all columns but these and those of these bodies, named by joints; none for none.
+
+    Raises `InputError` for one that no torque shows.
+    """
+    bodies = {c.label: machine.joint(c.row).name for c in columns if c.quantity in INERTIAL}
+    among(tuple(sought), tuple(dict.fromkeys((*bodies.values(), *(c.label for c in columns)))), "--seek")
+    rest = [c for c in columns if c.label not in sought and bodies.get(c.label) not in sought]
+    return {c.label: c.value for c in rest} if sought else {}
 
 
 def refuse_unknown_labels(machine: Machine, known: Iterable[str], columns: Sequence[RegressorColumn]) -> None:

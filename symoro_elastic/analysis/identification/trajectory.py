@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from symoro_elastic.analysis.identification.excitation import Excitation, FourierMotion, Limits
+from symoro_elastic.analysis.identification.excitation import Excitation
+from symoro_elastic.analysis.identification.fourier_motion import Limits, Started
 from symoro_elastic.analysis.time_series.writing import write_columns
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
@@ -22,9 +24,6 @@ from symoro_elastic.machine.names import did_you_mean
 
 POSITION_OPTION = "--position"
 LEAST_SAMPLES = 20  # in a period of the fastest harmonic
-LONGEST_START = 8  # periods
-SLOWED = np.linspace(0.0, 1.0, 400)
-ALLOWED = 1 + 1e-9  # of the limits
 
 
 @dataclass(frozen=True)
@@ -91,29 +90,20 @@ def _of_machine(limits: of_joints.Limits, quantity: str) -> dict[str, tuple[floa
 
 def _refuse_without_room(option: str, by_name: Mapping[str, tuple[float, float]]) -> None:
     for name, (low, high) in by_name.items():
-        if not low < high:
-            what = f"{name or 'all'}: no room between {low:g} and {high:g}"
+        if not (low < high and math.isfinite(high - low)):
+            finite = " that is finite" if low < high else ""
+            what = f"{name or 'all'}: no room between {low:g} and {high:g}{finite}"
             raise InputError("symoro-elastic", option, what)
         if option != POSITION_OPTION and low != -high:
             raise InputError("symoro-elastic", option, f"{name or 'all'}: one number, the largest either way")
 
 
-def trajectory(motion: FourierMotion, limits: Limits, periods: int, rate: float) -> Trajectory:
-    """Return the motion with its time started and stopped smoothly, sampled at `rate` Hz.
-
-    The machine stays on the path of the motion. Positions and velocities keep the limits because no sample is
-    faster than the motion; the start is made as long as accelerations need. Raises `InputError`.
-    """
-    refuse_rate(rate, motion.frequency, motion.a.shape[1], periods, len(motion.a))
-    start = _start(motion, limits)
-    end = 2 * start + periods * motion.period
-    _refuse_long(end, rate, len(motion.a))
-    t: Array = np.arange(int(np.floor(end * rate * (1 + 1e-12))) + 1) / rate
-    pace = np.minimum(1.0, np.minimum(t, end - t) / start)
-    elapsed = np.where(t < end / 2, _elapsed(pace, start), end - start - _elapsed(pace, start))
-    elapsed = np.where(pace == 1.0, t - start / 2, elapsed)
-    turning = np.where(t < end / 2, 1.0, -1.0) * 6 * pace * (1 - pace) / start
-    return Trajectory(t, *_slowed(motion, elapsed, 3 * pace**2 - 2 * pace**3, turning), start)
+def trajectory(motion: Started, rate: float) -> Trajectory:
+    """Return the motion from rest to rest, sampled at `rate` Hz; raises `InputError`."""
+    refuse_rate(rate, motion.motion.frequency, motion.motion.a.shape[1], motion.periods, len(motion.motion.a))
+    _refuse_long(motion.period, rate, len(motion.motion.a))
+    t: Array = np.arange(int(np.floor(motion.period * rate * (1 + 1e-12))) + 1) / rate
+    return Trajectory(t, *motion.at(t), motion.start)
 
 
 def refuse_rate(rate: float, frequency: float, harmonics: int, periods: int, motors: int) -> None:
@@ -133,32 +123,6 @@ def _refuse_long(seconds: float, rate: float, motors: int) -> None:
         raise InputError("symoro-elastic", "--sample-rate", what)
     what = f"{samples:.3g} samples of {motors} motors"
     refuse_numbers(int(samples) * (1 + 3 * motors), what, "symoro-elastic", "--sample-rate", way_out, MOST_IN_FILES)
-
-
-def _elapsed(pace: Array, start: float) -> Array:
-    """Return the time of the motion after a part of the start: the integral of 3 x^2 - 2 x^3."""
-    elapsed: Array = start * (pace**3 - pace**4 / 2)
-    return elapsed
-
-
-def _slowed(motion: FourierMotion, elapsed: Array, pace: Array, turning: Array) -> tuple[Array, Array, Array]:
-    """Return q, qd, qdd for a pace of time and its rate of change."""
-    q, qd, qdd = motion.at(elapsed)
-    return q, qd * pace[:, None], qdd * pace[:, None] ** 2 + qd * turning[:, None]
-
-
-def _start(motion: FourierMotion, limits: Limits) -> float:
-    """Return the duration of the start, whole periods so that the motion ends where it began."""
-    for periods in range(1, LONGEST_START + 1):
-        start = periods * motion.period
-        pace, turning = 3 * SLOWED**2 - 2 * SLOWED**3, 6 * SLOWED * (1 - SLOWED) / start
-        both = [
-            _slowed(motion, elapsed, pace, sign * turning)[2]
-            for sign, elapsed in ((1, _elapsed(SLOWED, start)), (-1, -_elapsed(SLOWED, start)))
-        ]
-        if (np.abs(np.concatenate(both)) <= ALLOWED * limits.acceleration).all():
-            break
-    return start
 
 
 @dataclass(frozen=True)

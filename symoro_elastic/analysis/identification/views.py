@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from symoro_elastic.analysis.identification.estimation import Estimate
+from symoro_elastic.analysis.identification.excitation import Excitation
 from symoro_elastic.analysis.identification.identified import Identified
 from symoro_elastic.analysis.identification.identify import Identification
 from symoro_elastic.analysis.identification.trajectory import ExcitingTrajectory, MotorRange
@@ -26,6 +27,9 @@ from symoro_elastic.foundation.results import (
     table_of,
 )
 from symoro_elastic.machine.machine import Machine
+
+SPRINGS_FOLLOW = 4.0
+"""Springs follow a motion quasi-statically up to this part of their frequency: torques have twice that of a motion."""
 
 
 def with_file(result: Identification) -> dict[str, float]:
@@ -197,6 +201,7 @@ def _(found: ExcitingTrajectory) -> list[Part]:
         f"condition number of the regressor: {best.before:.4g} at the first random motion, {best.condition:.4g} now",
         f"for {len(best.columns)} parameters: {', '.join(best.columns)}",
         *_sought_friction(best.columns),
+        *_near_springs(best),
         f"{sampled.t[-1]:g} s, {len(sampled.t)} samples: start and stop {sampled.start:g} s each, "
         "at rest where it ends",
     ]
@@ -212,7 +217,20 @@ def _torques(found: ExcitingTrajectory) -> list[str]:
     each = [f"{x.name} {_range(tau)} of {_range(of)} {units[x.name]}" for x, tau, of in limited if tau and of]
     loads = ", ".join(f"{name} {_range(ends)}" for name, ends in found.payloads.items())
     of_loads = f", and with payloads {loads}" if loads else ""
-    return [f"torques of a period, by the parameters of the machine{of_loads}: {', '.join(each)}"] if each else []
+    return [f"torques from rest to rest, by the parameters of the machine{of_loads}: {', '.join(each)}"] if each else []
+
+
+def _near_springs(best: Excitation) -> list[str]:
+    """Return a line where springs do not follow the motion quasi-statically."""
+    fastest = best.motion.frequency * best.motion.a.shape[1]
+    if SPRINGS_FOLLOW * fastest <= best.natural:
+        return []
+    what = (
+        f"harmonics up to {fastest:.4g} Hz are near the first natural frequency of the springs, {best.natural:.4g} Hz"
+    )
+    return [
+        f"{what}: torques and frames may leave their limits there; give a lower --fundamental, or fewer --harmonics"
+    ]
 
 
 def _sought_friction(parameters: Sequence[str]) -> list[str]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from symoro_elastic.analysis.identification.fourier_motion import rise
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError, placed
 from symoro_elastic.machine.frames import FrameNames
@@ -14,8 +15,6 @@ from symoro_elastic.numerics.implementations import numpy_model
 from symoro_elastic.numerics.motion.signals import OUTPUT, FrameSignal, outputs
 
 PLACE, MODEL = "--workspace", "geometric_model"
-BETWEEN = 0.25
-"""Of the largest second difference of samples: twice what a smooth curve rises between two of them, h^2 |x''| / 8."""
 
 
 class Box:
@@ -50,7 +49,6 @@ class Box:
         As a share of its half width; negative inside, infinite where loops do not close.
         """
         x = self.positions(q)
-        rise = BETWEEN * np.abs(np.roll(x, 1, axis=0) - 2 * x + np.roll(x, -1, axis=0)).max(axis=0)
         low, high = self._ends.T
-        worst = float(((np.abs(x - (low + high) / 2) + rise) / ((high - low) / 2)).max()) - 1
+        worst = float(((np.abs(x - (low + high) / 2) + rise(x)) / ((high - low) / 2)).max()) - 1
         return worst if np.isfinite(worst) else np.inf

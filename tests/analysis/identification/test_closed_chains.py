@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 pytest.importorskip("scipy")
 
-from symoro_elastic.analysis.identification.excitation import FourierMotion, Limits, excite, random_motion
+from symoro_elastic.analysis.identification.excitation import excite
+from symoro_elastic.analysis.identification.fourier_motion import FourierMotion, Limits, random_motion
 from symoro_elastic.analysis.identification.identified import machine_with_estimates
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import ByLinearity, regressor

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +15,8 @@ import pytest
 pytest.importorskip("scipy")
 
 import symoro_elastic as se
-from symoro_elastic.analysis.identification.excitation import Limits, Response, random_motion, within_torques
+from symoro_elastic.analysis.identification.excitation import Response, within_torques
+from symoro_elastic.analysis.identification.fourier_motion import FourierMotion, Limits, Started, random_motion, started
 from symoro_elastic.analysis.identification.regression import regressor
 from symoro_elastic.analysis.identification.trajectory import limits_of, trajectory
 from symoro_elastic.analysis.identification.views import neutral_positions
@@ -35,6 +37,13 @@ BOUNDS = ("--position", "-1.5:1.2", "--velocity", 3, "--acceleration", 20, "--ac
 QUICK = (*BOUNDS, "--fundamental", 0.5, "--harmonics", 3, "--sample-rate", 200)
 
 
+def whole(motion: FourierMotion, periods: int) -> Started:
+    """The motion from rest to rest."""
+    found = started(motion, LIMITS)
+    assert found is not None and found.motion.a.tolist() == motion.a.tolist()
+    return replace(found, periods=periods)
+
+
 def refused(*arguments: object) -> str:
     with pytest.raises(InputError) as error:
         run("excite", TWO_R, *arguments)
@@ -51,7 +60,7 @@ def test_from_rest_to_rest_within_limits(seed: int) -> None:
     """Limits are kept at every sample, the derivatives are those of q, and it ends where it began."""
     harmonics, periods = 1 + seed, 1 + seed % 3
     motion = random_motion(LIMITS, 0.3, harmonics, seed)
-    found = trajectory(motion, LIMITS, periods, 2000.0)
+    found = trajectory(whole(motion, periods), 2000.0)
     assert (found.q >= LIMITS.low - 1e-9).all() and (found.q <= LIMITS.high + 1e-9).all()
     assert (abs(found.qd) <= LIMITS.velocity).all() and (abs(found.qdd) <= LIMITS.acceleration).all()
     for ends in (found.qd[[0, -1]], found.qdd[[0, -1]], found.q[0] - found.q[-1]):
@@ -64,7 +73,7 @@ def test_from_rest_to_rest_within_limits(seed: int) -> None:
 
 def test_the_motion_itself_runs_in_between() -> None:
     motion = random_motion(LIMITS, 0.5, 4, 3)
-    found = trajectory(motion, LIMITS, 2, 500.0)
+    found = trajectory(whole(motion, 2), 500.0)
     inside = (found.t > found.start) & (found.t < found.start + 2 * motion.period)
     for block, wanted in zip((found.q, found.qd, found.qdd), motion.at(found.t[inside] - found.start / 2), strict=True):
         np.testing.assert_allclose(block[inside], wanted, atol=1e-12)
@@ -140,6 +149,11 @@ def test_tables_and_pictures(tmp_path: Path) -> None:
 def test_excitations_that_cannot_be_had(arguments: tuple[str, ...], reason: str, tmp_path: Path) -> None:
     said = refused("--velocity", "2", "--acceleration", "10", "--out", tmp_path / "a.csv", *arguments)
     assert reason in said and "\n" not in said and not list(tmp_path.iterdir())
+
+
+def test_limits_without_end_are_refused() -> None:
+    with pytest.raises(InputError, match="velocity: shoulder: no room between -inf and inf that is finite"):
+        se.excite(TWO_R, (-1, 1), {"shoulder": np.inf})
 
 
 def test_files_are_refused_before_the_search(tmp_path: Path) -> None:
@@ -389,3 +403,64 @@ def test_torques_of_friction_by_load_and_cogging_keep_the_limits() -> None:
     assert low <= whole[:, 0].min() and whole[:, 0].max() <= high
     with pytest.raises(InputError, match="gravity alone takes more"):
         se.excite(WITH_LAWS | {"limits": {"a": {"torque": [-10, 10]}}}, **WITHIN, evaluations=5)
+
+
+@pytest.mark.parametrize(
+    "friction", [{"coulomb": 5}, {"coulomb": 2, "static": 8, "stribeck": 0.02}, {"coulomb": 1, "load": 0.4}]
+)
+@pytest.mark.parametrize("about", [-np.pi / 2, -np.pi / 2 + 0.5])
+def test_torques_keep_the_limits_between_samples_at_reversals_and_from_rest_to_rest(
+    friction: dict[str, float], about: float
+) -> None:
+    """A pendulum by hand, near resonance: gravity, which accelerations balance, stays where it starts and stops."""
+    body = {"mass": 3, "center_of_mass": [0.4, 0, 0], "inertia": [0.1, 0.1, 0.1]}
+    joint = {"name": "a", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"}
+    pendulum = {"name": "pendulum", "gravity": [0, -9.81, 0], "joints": [joint], "bodies": {"a": body}}
+    pendulum |= {"friction": {"a": friction}, "limits": {"a": {"torque": 16}}}
+    within = {"position": (about - 1, about + 1), "velocity": 20, "acceleration": 100, "fundamental": 0.35}
+    found = se.excite(pendulum, **within, harmonics=3, evaluations=20, sample_rate=4000.0, seed=2)
+    q, qd, qdd = (x[:, 0] for x in (found.sampled.q, found.sampled.qd, found.sampled.qdd))
+    rigid = (0.1 + 3 * 0.4**2) * qdd + 3 * 9.81 * 0.4 * np.cos(q)
+    more = (friction.get("static", friction["coulomb"]) - friction["coulomb"]) / (
+        1 + (qd / friction.get("stribeck", 1)) ** 2
+    )
+    dry = friction["coulomb"] + more + friction.get("load", 0.0) * np.abs(rigid)
+    tau = rigid + np.sign(qd) * dry
+    assert 0.6 * 16 < np.abs(tau).max() <= 16
+    ((low, high),) = found.best.torques
+    assert low <= tau.min() and tau.max() <= high
+    assert found.sampled.qdd[[0, -1]].max() < 0.1
+
+
+def test_springs_that_a_motion_is_too_fast_for_are_named() -> None:
+    """A load on a spring of k = 40 N m/rad and 0.1 kg m2: sqrt(k / J) / (2 pi) = 3.18 Hz."""
+    joints = [
+        {"name": "a", "antecedent": 0, "kind": "motor", "sigma": 0, "theta": "q1"},
+        {"name": "b", "antecedent": "a", "kind": "elastic", "sigma": 0, "theta": "q2"},
+    ]
+    soft = {"name": "soft", "joints": joints, "bodies": {"b": {"mass": 1, "inertia": [0.1, 0.1, 0.1]}}}
+    soft |= {"springs": {"b": {"stiffness": 40}}, "motors": {"a": {"rotor_inertia": 0.1}}}
+    slow, fast = (se.excite(soft, **WITHIN, fundamental=f, harmonics=2, evaluations=2) for f in (0.3, 1.0))
+    assert slow.best.natural == pytest.approx(np.sqrt(40 / 0.1) / (2 * np.pi))
+    assert "are near the first natural frequency of the springs, 3.183 Hz" in said(fast)
+    assert "natural frequency" not in said(slow)
+
+
+def test_only_a_payload_is_sought() -> None:
+    """Its parameters alone are excited and identified, where the rest of the machine is known."""
+    joints = [*ARM["joints"], {"name": "load", "antecedent": "b", "kind": "fixed", "sigma": 2, "d": 0.4}]
+    arm = ARM | {"joints": joints, "friction": SMOOTH}
+    loaded = arm | {"bodies": ARM["bodies"] | {"load": {"mass": 2, "center_of_mass": [0.03, 0, 0]}}}
+    empty = arm | {"bodies": ARM["bodies"] | {"load": {"mass": 1e-9, "inertia": [1e-9, 1e-9, 1e-9]}}}
+    found = se.excite(empty, **WITHIN, evaluations=20, seek=["load"])
+    assert set(found.best.columns) == {"ZZ3", "MX3", "MY3", "M3"}
+    states = found.sampled.q, found.sampled.qd, found.sampled.qdd
+    tau = np.asarray(se.load(se.read(loaded), ["inverse_dynamics"]).inverse_dynamics(*states)[0])
+    noise = np.random.default_rng(0).normal(0, 0.02, tau.shape)
+    log = {"t": found.sampled.t} | {f"q_{x}": states[0][:, k] for k, x in enumerate("ab")}
+    log |= {f"tau_{x}": (tau + noise)[:, k] for k, x in enumerate("ab")}
+    by_label = {e.unknown.label: e for e in se.identify(empty, log, seek=["load"], offsets="never").found.estimates}
+    for label, true in (("ZZ3", 2 * 0.03**2), ("MX3", 0.06), ("MY3", 0.0), ("M3", 2.0)):
+        assert abs(by_label[label].value - true) < 4 * by_label[label].std < 0.02
+    with pytest.raises(InputError, match="seek: there is no 'lod'"):
+        se.identify(empty, log, seek=["lod"])

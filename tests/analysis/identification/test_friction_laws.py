@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("scipy")
 
 import symoro_elastic as se
-from symoro_elastic.analysis.identification.excitation import random_motion
+from symoro_elastic.analysis.identification.fourier_motion import random_motion
 from symoro_elastic.analysis.identification.friction_laws import FrictionLaws
 from symoro_elastic.analysis.identification.identified import Identified
 from symoro_elastic.analysis.identification.identify import identify

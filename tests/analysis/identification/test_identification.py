@@ -15,7 +15,7 @@ import pytest
 pytest.importorskip("scipy")
 
 from symoro_elastic.analysis.identification.estimation import Unknown, Verdict, estimate, solve
-from symoro_elastic.analysis.identification.excitation import Condition, Limits, Response, excite, random_motion, within
+from symoro_elastic.analysis.identification.excitation import Condition, Response, excite
 from symoro_elastic.analysis.identification.filtering import (
     Filter,
     average,
@@ -25,6 +25,7 @@ from symoro_elastic.analysis.identification.filtering import (
     filtered_motion,
     smooth,
 )
+from symoro_elastic.analysis.identification.fourier_motion import Limits, random_motion, within
 from symoro_elastic.analysis.identification.identified import machine_with_estimates, without_negatives
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.regression import ByEquations, ByLinearity, RegressorColumn, regressor

@@ -17,8 +17,8 @@ pytest.importorskip("scipy")
 import symoro_elastic as se
 from symoro_elastic.analysis.identification import views
 from symoro_elastic.analysis.identification.estimation import solve
-from symoro_elastic.analysis.identification.excitation import Limits, random_motion
 from symoro_elastic.analysis.identification.filtering import default_filter, filtered_motion
+from symoro_elastic.analysis.identification.fourier_motion import Limits, random_motion
 from symoro_elastic.analysis.identification.identified import Identified
 from symoro_elastic.analysis.identification.identify import Identification, identify
 from symoro_elastic.analysis.identification.notes import of_sensors
