@@ -198,14 +198,14 @@ class Seen:
     order: int
 
 
-def beside_of(lines: Sequence[Seen], channels: bool, terms: bool) -> Beside:
-    """Return what is fitted beside the model at lines; the unit of terms is the median response."""
+def beside_of(lines: Sequence[Seen], channels: bool, terms: bool, gains: bool = False) -> Beside:
+    """Return what is fitted beside the model at lines, direct parts without gains; terms have the median as unit."""
     outs: dict[tuple[int, str], list[int]] = {}
     for k, line in enumerate(lines):
         outs.setdefault((line.test, line.output), []).append(k)
     last = {key: max(float(lines[k].f[-1]) for k in places) for key, places in outs.items()}
     own = [Channel(*key, tuple(places), 2 * math.pi * last[key]) for key, places in outs.items()] if channels else []
-    direct = tuple(k for k, line in enumerate(lines) if channels and line.order == ACCELERATION)
+    direct = tuple(k for k, line in enumerate(lines) if channels and not gains and line.order == ACCELERATION)
     u = tuple(np.asarray(1j * line.f / last[line.test, line.output], dtype=complex) for line in lines)
     sizes = tuple(float(np.median(np.abs(line.H))) for line in lines)
     shapes: list[ComplexArray] = []
@@ -213,7 +213,7 @@ def beside_of(lines: Sequence[Seen], channels: bool, terms: bool) -> Beside:
         v = line.f / line.f[-1]
         each = np.array([(1j * v) ** line.order * v ** (2 * power) for power in POWERS]) * size
         shapes.append(np.asarray(np.concatenate([each, 1j * each]), dtype=complex))
-    return Beside(tuple(own), direct, u, tuple(shapes), sizes)
+    return Beside(tuple(own), direct, u, tuple(shapes), sizes, gains_of(lines).gains if gains else ())
 
 
 def gains_of(lines: Sequence[Seen]) -> Beside:

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symoro_elastic.analysis.updating.measured import VibrationTest, with_windows
+from symoro_elastic.analysis.updating.measured import VibrationTest
 from symoro_elastic.analysis.updating.misfit import Fit, Lines
 from symoro_elastic.analysis.updating.predictions import Predicted
-from symoro_elastic.analysis.updating.windows import WindowKind
+from symoro_elastic.analysis.updating.windows import Window, WindowKind
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
@@ -20,8 +20,8 @@ LACKING = 3.0
 """Mean square of residuals in a band above which the model lacks something there."""
 OPPOSITE, MIRRORED = 2.5, 0.3
 """Median phase error, rad, of a pair whose sign is wrong; distance from the opposite that says so at once."""
-SCALED, FAR_OFF = math.log(3.0), math.log(300.0)
-"""Logarithms of factors: above the first a size is said, above the second no fit is tried."""
+SCALED, FAR_OFF, VANISHED = math.log(3.0), math.log(300.0), math.log(3e6)
+"""Logarithms of factors: above the first a size is said, above the second no fit is tried, by the third it is zero."""
 LEAST_CHI2 = 0.3
 """Mean square of residuals below which the noise is not what coherence and averages say."""
 CROSS_TALK = 1e-3
@@ -34,6 +34,10 @@ LEAST_DECREASE = 0.01
 """Of amplitudes at the last line of a channel: below it, it is not said."""
 COPIED = 1e-4
 """Relative distance of responses that are copies; no two measurements are that near."""
+NORMAL = 1.5
+"""Largest mean square of noise over that of which its median is."""
+SPIKED, MOST_SAID = 0.002, 3
+"""Share of spikes that is said, and how many."""
 BANDS = 40
 FARTHEST_PEAK = 0.5
 """Relative distance beyond which a predicted peak is another one."""
@@ -90,6 +94,9 @@ def refuse_wrong(tests: Sequence[VibrationTest], lines: Sequence[Lines], predict
 def refuse_far(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> None:
     """Raise `InputError` for pairs whose size is none that springs near those of the start can have."""
     for line, factor in _scaled_pairs(lines, predicted):
+        if math.log(factor) < -VANISHED:
+            what = "hardly moves, and its model does: another axis, body or input is measured, or nothing"
+            raise InputError(tests[line.test].name, _pair(line), what)
         if abs(math.log(factor)) > FAR_OFF:
             what = f"{_times(factor)}: its unit is wrong, {_unit(factor, FAR_OFF / 4) or 'none that is usual'}"
             raise InputError(tests[line.test].name, _pair(line), what)
@@ -172,6 +179,8 @@ def lacking(lines: Sequence[Lines], fit: Fit) -> list[Band]:
         return []
     f = np.concatenate([np.tile(line.f, 2) for line in lines])
     r2 = np.minimum(fit.residuals[: len(f)] ** 2, 1e12)
+    if fit.spikes:
+        r2[np.concatenate([np.tile(one, 2) for one in fit.spikes])] = 1.0
     edges = np.geomspace(f.min(), f.max() * (1 + 1e-9), BANDS + 1)
     place = np.clip(np.searchsorted(edges, f, side="right") - 1, 0, BANDS - 1)
     count = np.bincount(place, minlength=BANDS)
@@ -199,12 +208,24 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
         return f"chi2 {fit.chi2:.3g}: {what}: check both"
     if not fit.chi2 > fit.far:
         return f"chi2 {fit.chi2:.3g}: the model explains these tests within their noise{_beside(fit)}"
+    if _is_noise(fit):
+        what = "residuals are larger than coherence and averages say, alike at all frequencies: check both"
+        return f"chi2 {fit.chi2:.3g}: {what}; standard deviations are wider by what residuals say"
     named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)
     what = f"chi2 {fit.chi2:.3g}: the model lacks something {named or 'over the whole band'}: "
-    what += "a body, a spring or a mode that it does not have, masses that are right (--mass-doubt), or a nearer start "
-    what += "(--factor); standard deviations are lower bounds then"
+    what += (
+        "a body, a spring or a mode that it does not have, masses that are right (--mass-doubt), positions and held "
+    )
+    what += "motors as they were (at, hold), sensors along their axes, or a nearer start (--factor); "
+    what += "standard deviations are lower bounds then"
     low, high = (bands[0].low, bands[0].high) if bands else (0.0, 0.0)
     return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
+
+
+def _is_noise(fit: Fit) -> bool:
+    """Whether large residuals are those of noise: neighbours are not alike, and few are far above the median."""
+    r = np.abs(fit.residuals)
+    return fit.wider == 1.0 and fit.chi2 < NORMAL * (1.4826 * float(np.median(r))) ** 2
 
 
 def _beside(fit: Fit) -> str:
@@ -252,6 +273,20 @@ def of_gains(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     return said
 
 
+def of_spikes(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
+    """Return a line for each test with lines that are far from noise between neighbours that are not."""
+    found = []
+    for t, test in enumerate(tests):
+        own = [(line, one) for line, one in zip(fit.lines, fit.spikes, strict=False) if line.test == t]
+        count, of = sum(int(one.sum()) for _, one in own), sum(len(one) for _, one in own)
+        if count > SPIKED * of:
+            line, one = max(own, key=lambda pair: int(pair[1].sum()))
+            where = ", ".join(f"{f:.4g}" for f in line.f[one][:MOST_SAID])
+            what = f"{count} of {of} lines are spikes between quiet neighbours, most in {_pair(line)}, at {where} Hz"
+            found.append(f"{test.name}: {what}: they hardly count")
+    return found
+
+
 def of_neighbours(fit: Fit) -> list[str]:
     """Return a line about residuals of neighbouring lines that are alike."""
     if fit.wider == 1.0:
@@ -261,24 +296,37 @@ def of_neighbours(fit: Fit) -> list[str]:
 
 
 def of_windows(given: Sequence[VibrationTest], fit: Fit, labels: Sequence[str]) -> list[str]:
-    """Return a line about tests that do not name their windows: which one is taken, and what another would change."""
-    taken = [b.window for a, b in zip(given, fit.tests, strict=True) if a.window is not b.window]
-    if not (taken or fit.under):
-        return []
-    std, changes = np.sqrt(np.diag(fit.covariance)), []
-    for kind, shift in fit.under.items():
-        k = int(np.argmax(np.abs(shift) / std))
-        if abs(shift[k]) > WINDOWED * std[k]:
-            known = ", which standard deviations know of" if kind is WindowKind.HANN else ""
-            called = "Hann's" if kind is WindowKind.HANN else "an exponential one that falls to 1 %"
-            changes.append(f"under {called}, {labels[k]} is {100 * math.expm1(shift[k]):+.2g} %{known}")
-    if not (taken or changes):
-        return []
-    doubted = with_windows(given, WindowKind.HANN) or ()
-    names = ", ".join(a.name for a, b in zip(given, doubted, strict=True) if a is not b)
-    which = "residuals tell Hann's, which is fitted" if taken else "none is taken"
-    what = "; ".join([f"{names}: no window is named, and {which}", *changes])
-    return [f'{what}: write window = "hann", {{ exponential = 0.12 }} or "none"']
+    """Return a line about windows that residuals tell, or that may be where none is named, and what they change."""
+    std, found = np.sqrt(np.diag(fit.covariance)), []
+    taken = [k for k, (a, b) in enumerate(zip(given, fit.tests, strict=True)) if a.window is not b.window]
+    for k in taken:
+        told = _called(fit.tests[k].window, fit.windows.get(k, 0.0))
+        found.append(f"{given[k].name}: {_named(given[k])}, and residuals tell {told}, which is fitted")
+    for doubt in fit.under:
+        k = int(np.argmax(np.abs(doubt.shift) / std))
+        if abs(doubt.shift[k]) > WINDOWED * std[k]:
+            known = f"which standard deviations {'' if doubt.counts else 'do not '}know of"
+            what = f"under {_called(doubt.window)}, {labels[k]} is {100 * math.expm1(doubt.shift[k]):+.2g} %, {known}"
+            names = ", ".join(given[j].name for j in doubt.tests)
+            found.append(what if taken else f"{names}: {_named(given[doubt.tests[0]])}; {what}")
+    ends = 'write window = "hann", { exponential = 0.12 } or "none"'
+    return [f"{'; '.join(found)}: {ends}"] if found else []
+
+
+def _named(test: VibrationTest) -> str:
+    return "no window is named" if test.window is None else f"the list says {_called(test.window)}"
+
+
+def _called(window: Window | None, std: float = 0.0) -> str:
+    """Return a window in words; `std` is of its change."""
+    if window is None:
+        return "none"
+    if window.kind is WindowKind.HANN:
+        return f"Hann's of {window.segment:.4g} s"
+    if not math.isfinite(window.decay):
+        return "none"
+    doubt = f" +- {std * window.unit * window.decay**2:.1g}" if std else ""
+    return f"an exponential one of {window.decay:.4g}{doubt} s"
 
 
 def errors(measured: ComplexArray, predicted: ComplexArray) -> float:

@@ -23,12 +23,12 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from symoro_elastic.analysis.updating.beside import Seen, beside_of, gains_of
-from symoro_elastic.analysis.updating.measured import VibrationTest, with_windows
-from symoro_elastic.analysis.updating.misfit import Fit, Lines, Misfit, Residuals, differences, in_parts
+from symoro_elastic.analysis.updating.beside import Beside, Seen, beside_of, gains_of
+from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest, with_windows
+from symoro_elastic.analysis.updating.misfit import CAUCHY, Doubt, Fit, Lines, Misfit, Residuals, differences, in_parts
 from symoro_elastic.analysis.updating.noise import deviations, is_known, usual_chi2
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
-from symoro_elastic.analysis.updating.windows import WindowKind
+from symoro_elastic.analysis.updating.windows import Window, WindowKind
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.numerics.motion.signals import outputs
@@ -52,8 +52,11 @@ EXPLAINED, EXPLAINED_UNKNOWN = 0.1, 0.9
 """Of chi2, or of the distance where the noise is unknown, what delays leave at most where they are taken."""
 CLEARLY_NOISE = 1.08
 """chi2 below which nothing is left to explain."""
-TOLD = 10.0
-"""Fall of the cost that tells a window."""
+TOLD, SURE, DOUBTED, LEFT_BY_WINDOW = 10.0, 4.5, 1.0, 0.3
+"""Fall of the cost that tells a window, another length of that which is named, that leaves this in doubt; the share of
+chi2 - 1 that a window leaves at most where the model lacks something, too."""
+LONGER = 1.1
+"""Times an exponential window, by which it may be named wrongly."""
 ZERO = 1e-6
 """Of the largest output of an input: a model response below it is zero."""
 
@@ -108,6 +111,23 @@ class Minimum:
         """Whether residuals are larger than noise explains, so that another minimum may be better."""
         return is_far(self.fit)
 
+    @cached_property
+    def cost(self) -> float:
+        """Of differences, with the prior."""
+        return self.misfit.cost(self.fit.residuals, self.all, CAUCHY)
+
+    def changed(self, tests: Sequence[VibrationTest]) -> dict[Window | None, Window]:
+        """Return the windows that tests name, and those that they are seen through here, where these are others."""
+        pairs = ((a.window, b.window) for a, b in zip(tests, self.fit.tests, strict=True))
+        return {named: seen for named, seen in pairs if seen is not None and seen is not named}
+
+    def doubt(self, other: Minimum, counts: bool) -> Doubt:
+        """Return the doubt that another minimum is, under another window."""
+        pairs = enumerate(zip(self.fit.tests, other.fit.tests, strict=True))
+        places = tuple(k for k, (own, seen) in pairs if own.window is not seen.window)
+        window = other.fit.tests[places[0]].window or Window(WindowKind.NONE)
+        return Doubt(places, window, other.x - self.x, counts)
+
     @property
     def is_of_channels(self) -> bool:
         """Whether factors or delays of channels show."""
@@ -118,7 +138,8 @@ class Minimum:
         """Schwarz's criterion, over two: the cost, and what each unknown beside the model would explain of noise."""
         if not math.isfinite(self.fit.chi2):
             return self.fit.distance
-        return self.fit.distance + 0.5 * self.misfit.beside.count * math.log(max(len(self.fit.residuals), 1))
+        more = len(self.all) - self.misfit.unknowns
+        return self.fit.distance + 0.5 * more * math.log(max(len(self.fit.residuals), 1))
 
     def widened(self) -> Fit:
         """Return the fit with intervals that hold values far off, where these explain the tests as well.
@@ -154,6 +175,25 @@ def _distance(one: Minimum) -> float:
     return one.fit.distance
 
 
+def _cost(one: Minimum) -> float:
+    return one.cost
+
+
+def _of(tests: Sequence[VibrationTest], line: Lines) -> MeasuredResponse:
+    return tests[line.test].responses[line.place]
+
+
+def _longer(tests: Sequence[VibrationTest]) -> list[VibrationTest]:
+    """Return tests with exponential windows that are a little longer than they are named."""
+    found = []
+    for test in tests:
+        if (window := test.window) is not None and window.kind is WindowKind.EXPONENTIAL:
+            found.append(replace(test, window=replace(window, decay=LONGER * window.decay)))
+        else:
+            found.append(test)
+    return found
+
+
 class Estimator:
     """Residuals of lines and modes at any values of the unknowns, and their minima."""
 
@@ -183,55 +223,120 @@ class Estimator:
             one = self._explained(best, beside)
         has_modes = any(test.modes for test in self.predictions.tests)
         widens = self.lines and not (has_modes or (one.is_far and one.fit.beside))
-        one, under = self._behind_windows(one)
+        one, under = self._behind_windows(self._told(one))
         found = replace(one.widened() if widens else one.fit, under=under)
-        if (shift := under.get(WindowKind.HANN)) is not None:
-            found = replace(found, covariance=found.covariance + np.outer(shift, shift))
+        for doubt in under:
+            if doubt.counts:
+                found = replace(found, covariance=found.covariance + np.outer(doubt.shift, doubt.shift))
         return found if one is best else replace(found, chi2_alone=best.fit.chi2)
 
-    def _behind_windows(self, one: Minimum) -> tuple[Minimum, dict[WindowKind, Array]]:
-        """Return a minimum, or that under Hann's window if residuals tell it; changes of x under windows that may be.
+    def _told(self, one: Minimum) -> Minimum:
+        """Return a minimum, or that with factors and delays of channels that residuals tell though they are small."""
+        if one.is_far or one.misfit.beside.count or not self.lines:
+            return one
+        found = [one]
+        for beside in self._of_usual_channels:
+            misfit = replace(one.misfit, beside=beside)
+            x = np.concatenate([one.all, np.zeros(beside.count)])
+            if misfit.expected_fall(x) > TOLD + beside.count:
+                found.append(Minimum(misfit, misfit.minimum(x, differences)))
+        return min((other for other in found if other is one or other.is_of_channels), key=_criterion)
 
-        Only windows that no test names are tried. Residuals tell Hann's if neither none nor an exponential one explains
-        them as well. The time constant of an exponential one is not known, so that none is ever excluded.
+    @cached_property
+    def _of_usual_channels(self) -> tuple[Beside, ...]:
+        """Factors of channels, delays, both."""
+        delays, both = (beside_of(self._seen, channels=True, terms=False, gains=gains) for gains in (False, True))
+        return gains_of(self._seen), delays, both
+
+    def _others(self) -> Iterator[Predictions]:
+        """Yield predictions of the tests under each window that may be in place of one that is named, or of none.
+
+        Of Hann's window that is named the length is unknown, of exponential ones the rate, which is zero without any.
         """
-        is_hann = one.misfit.predictions.tests is not self.predictions.tests
-        found = {WindowKind.HANN if is_hann else WindowKind.NONE: one}
-        for kind in (WindowKind.HANN, WindowKind.EXPONENTIAL):
-            tests = with_windows(self.predictions.tests, kind) if self.lines else None
-            if tests is None:
-                return one, {}
-            if kind not in found:
-                misfit = replace(one.misfit, predictions=self.predictions.of(tests))
-                found[kind] = Minimum(misfit, misfit.minimum(one.all, differences))
-        costs = {kind: other.fit.distance for kind, other in found.items()}
-        hann, known = costs.pop(WindowKind.HANN), math.isfinite(one.fit.chi2)
-        if known and hann < min(costs.values()) - TOLD:
-            return found[WindowKind.HANN], {}
-        under = {kind: other.x - one.x for kind, other in found.items() if other is not one}
-        if known and not is_hann and hann > costs[WindowKind.NONE] + TOLD:
-            del under[WindowKind.HANN]
-        return one, under
+        tests = self.predictions.tests
+        for named in dict.fromkeys(test.window for test in tests if test.responses):
+            own = None if named is None else named.kind
+            for kind in (WindowKind.HANN, WindowKind.EXPONENTIAL, WindowKind.NONE):
+                if kind is WindowKind.NONE and own in (None, kind):
+                    continue
+                places = [k for k, test in enumerate(tests) if test.responses and test.window == named]
+                if kind is own:
+                    yield self.predictions.of(tests, places)
+                usual = with_windows(tests, kind, named) if (kind, own) != (WindowKind.EXPONENTIAL,) * 2 else None
+                if usual is not None:
+                    yield self.predictions.of(usual, places if kind is WindowKind.EXPONENTIAL else ())
 
-    def distance_of(self, tests: Sequence[VibrationTest]) -> float:
-        """Return the median |ln(G/H)| of other numbers of the same responses, at the start."""
-        f = b"".join(one.f.tobytes() for test in tests for one in test.responses)
-        if f not in self._at_start:
-            self._at_start[f] = self.predictions.at(self.start, slopes=False, tests=tests)
-        predicted = self._at_start[f]
-        each = [
-            np.abs(np.log(predicted[one.test].responses[one.place].G / tests[one.test].responses[one.place].H))
-            for one in self.lines
-        ]
-        return float(np.nanmedian(np.concatenate([x[one.counted] for x, one in zip(each, self.lines, strict=True)])))
+    def _behind_windows(self, one: Minimum) -> tuple[Minimum, tuple[Doubt, ...]]:
+        """Return a minimum, or that under another window if residuals tell it; windows that are in doubt.
+
+        In doubt are windows where none is named, or another than the one that is found, and residuals do not tell.
+        """
+        others = list(self._others()) if self.lines else []
+        if not others:
+            return one, ()
+        tests = self.predictions.tests
+        named = one if one.misfit.predictions is self.predictions else self._under(one, self.predictions)
+        rest = [self._under(one, predictions) for predictions in others]
+        best = min((other for other in rest if self._may_be(other, named)), key=_cost, default=named)
+        is_own = best.misfit.predictions.tests is tests
+        chosen = best if best.cost < named.cost - (SURE if is_own else TOLD) else named
+        near = [other for other in (named, *rest) if other is not chosen and other.cost < chosen.cost + TOLD]
+        doubted = [(other, True) for other in near]
+        if chosen is named:
+            doubted = [doubt for other in near for doubt in self._doubted(other, named)]
+        return chosen, tuple(chosen.doubt(other, counts) for other, counts in doubted)
+
+    def _may_be(self, other: Minimum, named: Minimum) -> bool:
+        """Whether windows fall, and explain the tests, or most of what those that are named leave."""
+        falls = all(window.decay > 0 for window in other.changed(self.predictions.tests).values())
+        left = (other.fit.chi2 - 1) / max(named.fit.chi2 - 1, 1e-9)
+        return falls and (not other.is_far or left < LEFT_BY_WINDOW)
+
+    def _doubted(self, other: Minimum, named: Minimum) -> Iterator[tuple[Minimum, bool]]:
+        """Yield minima under windows that may be though residuals do not tell them, and whether deviations are wider.
+
+        Where none is named, of exponential ones that which falls as fast as tests allow, at most to 1 %. Of exponential
+        ones that are named the one that residuals prefer, or else one that is a tenth longer.
+        """
+        predictions, tests = other.misfit.predictions, self.predictions.tests
+        c = other.all[len(other.x) : other.misfit.first]
+        if None in other.changed(tests):
+            if len(c):
+                c = np.clip(c + CLEAR * np.array([*other.fit.windows.values()]), 0.0, 1.0)
+                other = self._under(other, self.predictions.of(predictions.tests_at(np.concatenate([other.x, c]))))
+            yield other, not len(c)
+        elif predictions.tests is tests and (longer := self.predictions.of(_longer(tests))).tests != tests:
+            if other.cost < named.cost - DOUBTED:
+                yield other, True
+            elif (least := self._under(named, longer)).cost < named.cost + TOLD:
+                yield least, False
+
+    def _under(self, one: Minimum, predictions: Predictions) -> Minimum:
+        """Return the minimum with other predictions near one."""
+        misfit = replace(one.misfit, predictions=predictions)
+        x = np.concatenate([one.x, np.zeros(len(predictions.windowed)), one.all[one.misfit.first :]])
+        return Minimum(misfit, misfit.minimum(x, differences))
+
+    def nearer(self, others: Sequence[VibrationTest]) -> float:
+        """Return what is left at the start of the median |ln(G/H)| of responses that other numbers change."""
+        given = self.predictions.tests
+        changed = [one for one in self.lines if _of(others, one) is not _of(given, one)]
+        sizes = []
+        for tests in (others, given):
+            f = b"".join(one.f.tobytes() for test in tests for one in test.responses)
+            if f not in self._at_start:
+                self._at_start[f] = self.predictions.at(self.start, slopes=False, tests=tests)
+            G = [self._at_start[f][one.test].responses[one.place].G for one in changed]
+            each = [np.abs(np.log(x / _of(tests, one).H))[one.counted] for x, one in zip(G, changed, strict=True)]
+            sizes.append(float(np.nanmedian(np.concatenate(each))) if each else 1.0)
+        return sizes[0] / sizes[1]
 
     def quickly(self, tests: Sequence[VibrationTest]) -> Fit | None:
         """Return the minimum near the start for other numbers of the same responses; None where none is found."""
-        counted = [(line, tests[line.test].responses[line.place]) for line in self.lines]
-        lines = [
-            replace(line, measured=one, sd=line.sd * np.abs(one.H[line.counted]) / np.abs(line.H))
-            for line, one in counted
-        ]
+        lines = []
+        for line in self.lines:
+            one = _of(tests, line)
+            lines.append(replace(line, measured=one, sd=deviations(one, tests[line.test].averages)[line.counted]))
         try:
             misfit = replace(self.alone, predictions=self.predictions.of(tests), lines=tuple(lines))
             return self._near(misfit, self.start).fit
@@ -261,10 +366,12 @@ class Estimator:
 
         yield found(self.start)
         check(alone[0].fit, self.predictions.at(alone[0].x, slopes=False))
-        yield from self._under_hann()
-        beside += [one for one in self._of_channels(alone[0]) if one.is_of_channels]
-        yield from sorted(beside, key=_criterion)
-        last = None
+        beside += self._under_others()
+        if not any(map(_is_clear, beside)):
+            beside += [one for one in self._of_channels(alone[0]) if one.is_of_channels]
+        terms = [] if any(map(_is_clear, beside)) else self._with_terms(alone[0])
+        yield from sorted([*beside, *terms], key=_criterion)
+        last = alone[0]
         for starts in (self._along_axes, self._from_smoothed, self._exchanged, self._scanned):
             yield from map(found, starts(min(alone, key=_distance).fit))
             best = min(alone, key=_distance)
@@ -272,11 +379,10 @@ class Estimator:
                 yield from self._with_terms(best)
             last = best
 
-    def _under_hann(self) -> Iterator[Minimum]:
-        """Yield the minimum under Hann's window near the start, where tests do not name their windows."""
-        tests = with_windows(self.predictions.tests, WindowKind.HANN)
-        if tests is not None and self.lines:
-            yield self._near(replace(self.alone, predictions=self.predictions.of(tests)), self.start)
+    def _under_others(self) -> Iterator[Minimum]:
+        """Yield minima near the start under windows that tests do not name."""
+        for predictions in self._others() if self.lines else ():
+            yield self._near(replace(self.alone, predictions=predictions), predictions.start)
 
     @cached_property
     def _seen(self) -> list[Seen]:
@@ -291,23 +397,22 @@ class Estimator:
         ]
 
     def _of_channels(self, found: Minimum) -> Iterator[Minimum]:
-        """Yield minima with factors or delays of channels, near one of the model alone and near the start.
+        """Yield minima with factors, delays, or both of channels, near the best one so far and near the start.
 
-        A factor that is right leaves no more than noise; then no delay is sought.
+        Factors or delays that are right leave no more than noise; then no more is sought.
         """
-        for beside, starts in (
-            (gains_of(self._seen), (self.start,)),
-            (beside_of(self._seen, channels=True, terms=False), (found.x, self.start)),
-        ):
+        best = found
+        for beside in self._of_usual_channels if self.lines else ():
             misfit = replace(self.alone, beside=beside)
-            for x in starts if self.lines else ():
+            for x in (self.start,) if best is found and not beside.channels else (best.x, self.start):
                 predicted = self.predictions.at(x, slopes=False)
                 each = [
                     np.log(predicted[line.test].responses[line.place].G[line.counted] / line.H) for line in self.lines
                 ]
                 one = self._near(misfit, np.concatenate([x, misfit.beside.begun(each)]))
+                best = min(best, one, key=_distance)
                 yield one
-                if one.is_of_channels and one.fit.gains and one.fit.chi2 < CLEARLY_NOISE:
+                if one.is_of_channels and _is_clear(one):
                     return
 
     def _with_terms(self, found: Minimum) -> Iterator[Minimum]:
@@ -420,6 +525,10 @@ def _criterion(one: Minimum) -> float:
 
 def _chi2(one: Minimum) -> float:
     return one.fit.chi2
+
+
+def _is_clear(one: Minimum) -> bool:
+    return one.fit.chi2 < CLEARLY_NOISE
 
 
 def _logarithms(line: Lines, G: ComplexArray, dG: ComplexArray) -> Residuals:

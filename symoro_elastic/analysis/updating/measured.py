@@ -63,12 +63,14 @@ class VibrationTest:
     window: Window | None = None
 
 
-def with_windows(tests: Sequence[VibrationTest], kind: WindowKind) -> tuple[VibrationTest, ...] | None:
-    """Return the tests with this window where they name none and it may be; None where there are no such tests."""
+def with_windows(
+    tests: Sequence[VibrationTest], kind: WindowKind, named: Window | None = None
+) -> tuple[VibrationTest, ...] | None:
+    """Return the tests with this window where they have the one named and it may be; None where there are none."""
     found = []
     for test in tests:
-        usual = usual_window(kind, test.responses[0].f) if test.responses and test.window is None else None
-        found.append(test if usual is None else replace(test, window=usual))
+        usual = usual_window(kind, test.responses[0].f) if test.responses and test.window == named else None
+        found.append(test if usual in (None, test.window) else replace(test, window=usual))
     return tuple(found) if any(new is not old for new, old in zip(found, tests, strict=True)) else None
 
 

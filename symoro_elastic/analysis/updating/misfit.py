@@ -15,8 +15,9 @@ import numpy as np
 
 from symoro_elastic.analysis.updating.beside import Beside, Delay, Gain
 from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse, VibrationTest
+from symoro_elastic.analysis.updating.noise import spike_limit
 from symoro_elastic.analysis.updating.predictions import Predicted, PredictedModes, Predictions
-from symoro_elastic.analysis.updating.windows import WindowKind
+from symoro_elastic.analysis.updating.windows import Window
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
 
@@ -29,6 +30,8 @@ MOST_REFUSED = 8
 CAUCHY = 2.5
 USUAL_F, USUAL_ZETA = 0.002, 0.1
 """Relative standard deviations of frequencies and damping ratios that no file gives."""
+QUIET = 3.0
+"""Median residual of the neighbours of a spike."""
 NEIGHBOURS, ALIKE, CLEARLY = 3, 0.1, 5.0
 """Lines that are compared with a line; correlation of residuals that counts, and its standard deviations."""
 
@@ -65,15 +68,27 @@ class Residuals:
 
 
 @dataclass(frozen=True)
+class Doubt:
+    """A window that tests may be under, the changes (p,) of x under it, whether standard deviations know of it."""
+
+    tests: tuple[int, ...]
+    window: Window
+    shift: Array
+    counts: bool
+
+
+@dataclass(frozen=True)
 class Fit:
     """Logarithms x (p,) of the unknowns, information of the data and covariance (p, p), residuals and weights.
 
-    `chi2` is the mean square of residuals, 1 for a model that is as exact as the data; NaN where the noise is unknown.
+    `chi2` is the mean square of residuals but for `spikes` of lines, 1 for a model that is as exact as the data; NaN
+    where the noise is unknown.
     `distance` compares minima: their cost, or the median of |ln(G/H)| where the noise is unknown. Above `far` residuals
     are more than noise. Where more is fitted beside the model, `beside` is the largest smooth term over the median of
     its response, `delays` are those of channels, `gains` factors of lines, and `chi2_alone` is that of the model alone.
     Residuals of neighbouring lines that are alike make standard deviations `wider` by this factor. `tests` are with the
-    windows that they are seen through; where these are not known, `under` are the changes (p,) of x under others.
+    windows that they are seen through, `windows` the standard deviations of what was fitted of these, by test; where
+    they are not known, `under` are others that may be.
     """
 
     x: Array
@@ -92,7 +107,9 @@ class Fit:
     gains: tuple[Gain, ...] = ()
     chi2_alone: float = math.nan
     tests: tuple[VibrationTest, ...] = ()
-    under: Mapping[WindowKind, Array] = field(default_factory=dict)
+    spikes: tuple[BoolArray, ...] = ()
+    windows: Mapping[int, float] = field(default_factory=dict)
+    under: tuple[Doubt, ...] = ()
 
 
 @dataclass
@@ -108,7 +125,10 @@ Of = Callable[[Lines, ComplexArray, ComplexArray], Residuals]
 
 @dataclass(frozen=True)
 class Misfit:
-    """What a minimum is sought of: predictions, lines, what is fitted beside them; x (p + m,) are ln p and the rest."""
+    """What a minimum is sought of: predictions, lines, what is fitted beside them.
+
+    Its unknowns x (p + w + m,) are ln p, changes of windows, and coefficients of what is beside the model.
+    """
 
     predictions: Predictions
     lines: tuple[Lines, ...]
@@ -122,33 +142,45 @@ class Misfit:
         """Parameters p of the machine."""
         return len(self.predictions.sought.unknowns)
 
+    @property
+    def first(self) -> int:
+        """Unknowns p + w of predictions."""
+        return self.unknowns + len(self.predictions.windowed)
+
     @cached_property
     def start(self) -> Array:
         """Where all unknowns are before any test."""
-        return np.concatenate([self.predictions.sought.start, np.zeros(self.beside.count)])
+        return np.concatenate([self.predictions.start, np.zeros(self.beside.count)])
 
     @cached_property
     def prior(self) -> Array:
         """Inverse variances of the unknowns before any test."""
-        return np.concatenate([self.predictions.sought.prior, self.beside.prior])
+        return np.concatenate([self.predictions.prior, self.beside.prior])
 
     def seen(self, k: int, predicted: list[Predicted], x: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Return what line k is predicted to be, and its slopes (p + m, N)."""
+        """Return what line k is predicted to be, and its slopes (p + w + m, N)."""
         line = self.lines[k]
         one = predicted[line.test].responses[line.place]
         dG = None if one.slopes is None else one.slopes[:, line.counted]
-        return self.beside.seen(k, one.G[line.counted], dG, x[self.unknowns :])
+        return self.beside.seen(k, one.G[line.counted], dG, x[self.first :])
 
     def residuals(self, x: Array, of: Of) -> Residuals:
         """Return the residuals of all tests, those of modes last; raises `InputError` without equilibrium."""
         self.tally.evaluations += 1
-        predicted = self.predictions.at(x[: self.unknowns])
+        predicted = self.predictions.at(x[: self.first])
         parts = [of(line, *self.seen(k, predicted, x)) for k, line in enumerate(self.lines)]
         for test, one in zip(self.predictions.tests, predicted, strict=True):
             if test.modes is not None and one.modes is not None:
                 modal = _modal(test.modes, one.modes)
                 parts.append(Residuals(modal.r, np.pad(modal.J, ((0, self.beside.count), (0, 0)))))
         return Residuals(np.concatenate([part.r for part in parts]), np.concatenate([part.J for part in parts], axis=1))
+
+    def expected_fall(self, x: Array) -> float:
+        """Return by how much the cost of differences falls from x in one step, were they linear."""
+        here = self.residuals(x, differences)
+        weighted = here.J * self._weights(here.r, self.scale(here.r))
+        b = weighted @ here.r + self.prior * (x - self.start)
+        return float(0.5 * b @ np.linalg.solve(weighted @ here.J.T + np.diag(self.prior), b))
 
     def minimum(self, x: Array, of: Of) -> Array:
         """Return where Levenberg-Marquardt ends: little to gain, or two steps running refused."""
@@ -199,7 +231,7 @@ class Misfit:
     def cost_at(self, x: Array, c: float) -> float:
         """Return the cost of lines at x, infinite without equilibrium."""
         try:
-            predicted = self.predictions.at(x[: self.unknowns], slopes=False)
+            predicted = self.predictions.at(x[: self.first], slopes=False)
         except (InputError, np.linalg.LinAlgError):
             return math.inf
         parts = []
@@ -212,7 +244,7 @@ class Misfit:
         """Return the same with the standard deviations of residuals, where none are known."""
         if all(line.sd_is_known for line in self.lines):
             return self
-        predicted, found = self.predictions.at(x[: self.unknowns], slopes=False), []
+        predicted, found = self.predictions.at(x[: self.first], slopes=False), []
         for k, line in enumerate(self.lines):
             r = (self.seen(k, predicted, x)[0] - line.H) / line.sd
             scale = 1.4826 * float(np.median(np.abs(np.concatenate([r.real, r.imag]))))
@@ -225,12 +257,16 @@ class Misfit:
         weights = self._weights(here.r, self.scale(here.r))
         mean, efficiency = _of_normal_noise() if self.robust else (1.0, 1.0)
         freedom = max(1.0 - len(x) / max(len(here.r), 1), 0.1)
-        chi2 = float((weights * here.r**2).sum() / max(weights.sum(), 1e-300)) / mean / freedom
+        spikes = self._spikes(here.r) if self.robust else ()
+        counted = np.ones(len(here.r), dtype=bool)
+        counted[: 2 * sum(map(len, spikes))] = ~np.concatenate([counted[:0], *(np.tile(one, 2) for one in spikes)])
+        squares = weights[counted] @ here.r[counted] ** 2
+        chi2 = float(squares / max(weights[counted].sum(), 1e-300)) / mean / freedom
         wider = math.sqrt(self._alike(np.sqrt(weights) * here.r))
         information = (here.J * weights) @ here.J.T * efficiency / max(chi2, 1.0) / wider**2
-        p, whole = self.unknowns, information + np.diag(self.prior)
+        p, m, whole = self.unknowns, self.first, information + np.diag(self.prior)
         covariance = np.asarray(np.linalg.inv(whole), dtype=float)
-        if self.beside.count:
+        if len(x) > p:
             information = whole[:p, :p] - whole[:p, p:] @ np.linalg.solve(whole[p:, p:], whole[p:, :p])
             information -= np.diag(self.prior[:p])
         known = all(line.sd_is_known for line in self.lines)
@@ -238,8 +274,10 @@ class Misfit:
             x[:p], information, covariance[:p, :p], chi2 if known else math.nan, here.r, weights,
             self.tally.evaluations, self.far, self.lines,
             self.cost(here.r, x, CAUCHY) if known else self._median_logarithm(here.r), wider,
-            self.beside.largest(x[p:]), self.beside.delays(x[p:], np.sqrt(np.diag(covariance)[p:])),
-            self.beside.factors(x[p:], covariance[p:, p:]), tests=self.predictions.tests,
+            self.beside.largest(x[m:]), self.beside.delays(x[m:], np.sqrt(np.diag(covariance)[m:])),
+            self.beside.factors(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
+            spikes=spikes,
+            windows=dict(zip(self.predictions.windowed, np.sqrt(np.diag(covariance)[p:m]).tolist(), strict=True)),
         )  # fmt: skip
 
     def _of_lines(self, r: Array) -> list[ComplexArray]:
@@ -247,6 +285,15 @@ class Misfit:
         ends = np.cumsum([2 * len(line.f) for line in self.lines])
         parts = [part.reshape(2, -1) for part in np.split(r[: ends[-1]], ends[:-1])] if self.lines else []
         return [part[0] + 1j * part[1] for part in parts]
+
+    def _spikes(self, r: Array) -> tuple[BoolArray, ...]:
+        """Return which lines of each response are far above noise, between neighbours that are not."""
+        found, noise = [], self.scale(r) / CAUCHY
+        for line, one in zip(self.lines, self._of_lines(r), strict=True):
+            size, limit = np.abs(one) / noise, spike_limit(self.predictions.tests[line.test].averages)
+            beside = np.median([np.roll(size, k) for k in (-2, -1, 1, 2)], axis=0)
+            found.append((size > limit) & (beside < QUIET))
+        return tuple(found)
 
     def _median_logarithm(self, r: Array) -> float:
         """Return the median of |ln(G/H)| from residuals."""

@@ -6,8 +6,9 @@ of its own: where it leaves no more than noise, the files are refused with its n
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -45,13 +46,12 @@ APART, NEARER, LEFT = 10.0, 0.8, 0.2
 def refuse_mistakes(estimator: Estimator, tests: Sequence[VibrationTest], fit: Fit) -> None:
     """Raise `InputError` where one mistake in all responses explains what the model does not at a minimum.
 
-    Tried are those that bring the tests nearer to the start.
+    Tried are those that bring responses nearer to the start.
     """
     if any(test.modes for test in tests):
         return
-    least = NEARER * estimator.distance_of(tests)
     for what, others in _undone(tests).items():
-        if estimator.distance_of(others) < least:
+        if estimator.nearer(others) < NEARER:
             other = estimator.quickly(others)
             if other is not None and not is_far(other) and other.distance < LEFT * fit.distance:
                 of = f"are written {what}: only so does the model explain them; correct the files"
@@ -61,7 +61,26 @@ def refuse_mistakes(estimator: Estimator, tests: Sequence[VibrationTest], fit: F
 def _undone(tests: Sequence[VibrationTest]) -> dict[str, list[VibrationTest]]:
     """Return the tests without each mistake."""
     found = {what: _each(tests, partial(_written, of)) for what, of in ALL.items()}
-    return found | {RADIANS: _each(tests, lambda one: replace(one, f=one.f / (2 * math.pi)))}
+    found[RADIANS] = _each(tests, lambda one: replace(one, f=one.f / (2 * math.pi)))
+    responses = [one for test in tests for one in test.responses]
+    for names in ({one.output: None for one in responses}, {one.input: None for one in responses}):
+        for a, b in itertools.combinations(names, 2):
+            if a[:-1] == b[:-1]:
+                found[f"with {a} and {b} exchanged"] = [_exchanged(test, {a: b, b: a}) for test in tests]
+    return found
+
+
+def _exchanged(test: VibrationTest, names: Mapping[str, str]) -> VibrationTest:
+    """Return a test whose signals of these names are exchanged; pairs that have no partner stay."""
+    by_pair = {(one.output, one.input): one for one in test.responses}
+    found = []
+    for one in test.responses:
+        other = by_pair.get((names.get(one.output, one.output), names.get(one.input, one.input)))
+        if other is not None and other is not one and np.array_equal(other.f, one.f):
+            found.append(replace(one, H=other.H, coherence=other.coherence))
+        else:
+            found.append(one)
+    return replace(test, responses=tuple(found))
 
 
 def of_pairs(tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predicted]) -> list[str]:

@@ -17,6 +17,8 @@ from symoro_elastic.foundation.array_types import Array
 LEAST_COHERENCE, MOST_COHERENCE = 0.01, 1 - 1e-4
 LARGEST_CHI2, TAIL = 1.15, 0.9
 """Without and with the tails of noise from n averages, found by simulation: chi2 is 1.33, 1.22, 1.09 with 3, 5, 10."""
+SELDOM, USUAL_AVERAGES = 1e-5, 10
+"""Share of lines that noise puts beyond the limit of spikes; averages where they are not known."""
 GUESS = 0.01
 """Of |H| and of its median: what noise is taken to be until residuals tell it."""
 
@@ -29,6 +31,12 @@ def is_known(response: MeasuredResponse, averages: int | None) -> bool:
 def usual_chi2(averages: Sequence[int]) -> float:
     """Return the largest chi2 of a right model; where few averages tell the noise, it is off in some lines."""
     return LARGEST_CHI2 + TAIL / max(min(averages, default=math.inf) - 1, 1)
+
+
+def spike_limit(averages: int | None) -> float:
+    """Return the size of complex residuals that noise seldom exceeds: P = (1 + r^2/k)^(-k/2), k = 2 (n - 1)."""
+    free = 2 * max((averages or USUAL_AVERAGES) - 1, 1)
+    return math.sqrt(free * (SELDOM ** (-2 / free) - 1))
 
 
 def deviations(response: MeasuredResponse, averages: int | None) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,6 +28,8 @@ from symoro_elastic.numerics.motion.inertia import refuse_singular
 LEAST_MAC = 0.5
 RIVALS = 0.1
 """MAC within which two modes both fit a measured one."""
+LARGEST_CHANGE, STEP = 3.0, 0.01
+"""Prior standard deviation of the change of a window, and the step of differences by it."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,17 @@ class Predicted:
     responses: tuple[PredictedResponse, ...]
     modes: PredictedModes | None = None
 
+    def padded(self, more: int) -> Predicted:
+        """Return the same with slopes of zero by more unknowns."""
+        rows = ((0, more), (0, 0))
+        responses = [
+            one if one.slopes is None else replace(one, slopes=np.pad(one.slopes, rows)) for one in self.responses
+        ]
+        modes = self.modes and replace(
+            self.modes, slopes_f=np.pad(self.modes.slopes_f, rows), slopes_zeta=np.pad(self.modes.slopes_zeta, rows)
+        )
+        return Predicted(tuple(responses), modes)
+
 
 class Predictions:
     """Predictions of tests at any values of the unknowns; what is traced is shared."""
@@ -76,17 +89,49 @@ class Predictions:
         self.parameters = [name for name in sought.labels if name in self.motion.parameters]
         self._loops = loops_of(self.motion, self.parameters) if known else {}
 
-    def of(self, tests: Sequence[VibrationTest]) -> Predictions:
-        """Return predictions of other tests with the same signals."""
+        self.windowed: tuple[int, ...] = ()
+
+    def of(self, tests: Sequence[VibrationTest], windowed: Sequence[int] = ()) -> Predictions:
+        """Return predictions of other tests with the same signals; windows of those `windowed` (w) are unknown."""
         found = copy.copy(self)
-        found.tests = tuple(tests)
+        found.tests, found.windowed = tuple(tests), tuple(windowed)
         return found
 
+    @property
+    def start(self) -> Array:
+        """Where the unknowns (p + w) are before any test: those that are sought, and changes of windows."""
+        return np.concatenate([self.sought.start, np.zeros(len(self.windowed))])
+
+    @property
+    def prior(self) -> Array:
+        """Inverse variances (p + w) of the unknowns before any test."""
+        return np.concatenate([self.sought.prior, np.full(len(self.windowed), LARGEST_CHANGE**-2)])
+
+    def tests_at(self, x: Array) -> tuple[VibrationTest, ...]:
+        """Return the tests with their windows at unknowns (p + w)."""
+        found = list(self.tests)
+        for k, c in zip(self.windowed, x[len(self.sought.unknowns) :].tolist(), strict=True):
+            found[k] = _changed(found[k], c)
+        return tuple(found)
+
     def at(self, x: Array, slopes: bool = True, tests: Sequence[VibrationTest] | None = None) -> list[Predicted]:
-        """Return the predictions at logarithms x (p,) of the unknowns; raises `InputError` without equilibrium."""
-        values = dict(zip(self.sought.labels, np.exp(x).tolist(), strict=True))
+        """Return the predictions at logarithms x (p,) of the unknowns, and w changes of windows, with slopes by both.
+
+        Raises `InputError` without equilibrium.
+        """
+        p = len(self.sought.unknowns)
+        values = dict(zip(self.sought.labels, np.exp(x[:p]).tolist(), strict=True))
         motion = self.motion.at_values({name: values[name] for name in self.parameters})
-        return [self._of(motion, test, values, slopes) for test in (self.tests if tests is None else tests)]
+        found = [self._of(motion, test, values, slopes) for test in (self.tests_at(x) if tests is None else tests)]
+        if slopes and self.windowed:
+            found = [one.padded(len(self.windowed)) for one in found]
+            for row, k in enumerate(self.windowed):
+                test = self.tests_at(x)[k]
+                ends = [self._of(motion, _changed(test, way * STEP), values, False).responses for way in (1, -1)]
+                for one, after, before in zip(found[k].responses, *ends, strict=True):
+                    if one.slopes is not None:
+                        one.slopes[p + row] = (after.G - before.G) / (2 * STEP)
+        return found
 
     def linear_at(self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float]) -> Linearization:
         """Return the machine in a test, linearized, with the controllers of the test."""
@@ -171,6 +216,10 @@ class Predictions:
                 whole[matrix][place[label]] = values[label] * np.outer(row, row).reshape(n, n)
         F, C = whole["F"], whole["C"]
         return LinearSlopes(linear, self.sought.labels, whole["M"], whole["D"], whole["K"], F, C)
+
+
+def _changed(test: VibrationTest, c: float) -> VibrationTest:
+    return test if test.window is None else replace(test, window=test.window.changed(c))
 
 
 def _without_slopes(linear: Linearization) -> LinearSlopes:

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from symoro_elastic.analysis.updating import doubts, mistakes
 from symoro_elastic.analysis.updating.estimator import Estimator, lines_of
-from symoro_elastic.analysis.updating.measured import VibrationTest, with_windows
+from symoro_elastic.analysis.updating.measured import VibrationTest
 from symoro_elastic.analysis.updating.misfit import Fit
 from symoro_elastic.analysis.updating.next_tests import Candidate, next_tests
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
 from symoro_elastic.analysis.updating.told import Found, Verdict, found_of, untold
 from symoro_elastic.analysis.updating.unknowns import Sought, sought_of
-from symoro_elastic.analysis.updating.windows import WindowKind
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.foundation.results import Result
@@ -173,7 +172,8 @@ def update(
     lines_about = [*notes, *sought.notes, *_doubts(given, zero, fit, after), *predictions.doubts_at(fit.x)]
     lines_about += doubts.of_windows(given, fit, sought.labels)
     unseen = tuple(test for test in tests if test.validate)
-    unseen = (with_windows(unseen, WindowKind.HANN) if fitted is not given else None) or unseen
+    seen = {a.window: b.window for a, b in zip(given, fitted, strict=True)}
+    unseen = tuple(replace(test, window=seen.get(test.window, test.window)) for test in unseen)
     bands = doubts.lacking(fit.lines, fit)
     return Updated(
         machine, sought, fitted, unseen, settings, fit,
@@ -190,7 +190,8 @@ def _doubts(
         *doubts.of_zero_pairs(tests, zero), *([] if fit.gains else doubts.of_scale(tests, fit.lines, after)),
         *doubts.of_lost_modes(tests, after),
         *([] if fit.delays or fit.gains else mistakes.of_pairs(tests, fit, after)),
-        *doubts.of_delays(tests, fit), *doubts.of_gains(tests, fit), *doubts.of_neighbours(fit),
+        *doubts.of_spikes(tests, fit), *doubts.of_delays(tests, fit), *doubts.of_gains(tests, fit),
+        *doubts.of_neighbours(fit),
     ]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ right of the imaginary axis, where it is exact but for exp(-2 DAMPED) of vibrati
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import lru_cache
 
@@ -47,6 +47,18 @@ class Window:
     segment: float = math.nan
     decay: float = math.inf
 
+    @property
+    def unit(self) -> float:
+        """Rate, 1/s, of an exponential window that falls to 1 % in a segment, or of this one."""
+        return USUAL_FALL / self.segment if math.isfinite(self.segment) else 1 / self.decay
+
+    def changed(self, c: float) -> Window:
+        """Return Hann's window with segments exp(c) times as long, an exponential one that falls faster by c units."""
+        if self.kind is WindowKind.HANN:
+            return replace(self, segment=self.segment * math.exp(c))
+        rate = 1 / self.decay + c * self.unit
+        return replace(self, decay=1 / rate if rate else math.inf)
+
 
 @dataclass(frozen=True)
 class Behind:
@@ -77,9 +89,9 @@ def _behind_hann(T: float, lines: bytes) -> Behind:
     f, j = np.frombuffer(lines), np.arange(-PER_LINE * BESIDE, PER_LINE * BESIDE + 1)
     places = (f - f[0]) * PER_LINE * T
     whole = np.round(places)
-    if (np.abs(places - whole) < EVEN * PER_LINE).all():
+    if whole[-1] and (np.abs(places - whole) < EVEN * PER_LINE).all():
         each, beside = np.unique(whole[:, None] + j, return_inverse=True)
-        at = f[0] + each / (PER_LINE * T)
+        at = f[0] + each * (f[-1] - f[0]) / whole[-1]
     else:
         at, beside = (f[:, None] + j / (PER_LINE * T)).ravel(), np.arange(len(f) * len(j))
     damped = np.asarray(at - 1j * DAMPED / (2 * math.pi * T), dtype=complex)
@@ -106,6 +118,9 @@ def segment_of(f: Array) -> float | None:
 
 
 def usual_window(kind: WindowKind, f: Array) -> Window | None:
-    """Return the window that responses at lines f may be under; None where lines are not those of segments."""
+    """Return the window that responses at lines f may be under; None where lines are not those of segments.
+
+    An exponential one falls by nothing.
+    """
     T = segment_of(f)
-    return None if T is None else Window(kind, T, T / USUAL_FALL)
+    return None if T is None else Window(kind, T)

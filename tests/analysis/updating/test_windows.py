@@ -78,38 +78,73 @@ def test_hann_is_the_product_of_the_impulse_response_and_its_correlation(shift: 
     assert len(of.f) == (2 * 30 + 17 if shift == 0 else 31 * 17)
 
 
-def test_segments_of_welch_are_modelled_and_told() -> None:
-    """Peaks of three lines: without the window values are off by five deviations; residuals tell it."""
-    one = welch(0.25, 400, 0.02)
-    none, named, unnamed = (updated(one, 400, window) for window in (NONE, Window(WindowKind.HANN, 0.25), None))
-    assert np.abs(deviations(none)).max() > 4
-    for found in (named, unnamed):
-        assert np.abs(deviations(found)).max() < 3.5 and found.fit.chi2 < 1.3
-    assert not any("window" in line for line in named.notes)
-    assert any("shaker: no window is named, and residuals tell Hann's" in line for line in unnamed.notes)
+@pytest.mark.parametrize(
+    ("window", "said"),
+    [
+        (Window(WindowKind.HANN, 0.25), ""),
+        (None, "shaker: no window is named, and residuals tell Hann's of 0.25 s"),
+        (NONE, "shaker: the list says none, and residuals tell Hann's of 0.25 s"),
+        (Window(WindowKind.HANN, 0.5), "shaker: the list says Hann's of 0.5 s, and residuals tell Hann's of 0.25"),
+    ],
+)
+def test_segments_of_welch_are_modelled_and_told(window: Window | None, said: str) -> None:
+    """Peaks of three lines: without the window values would be off by five deviations."""
+    found = updated(welch(0.25, 400, 0.02), 400, window)
+    assert np.abs(deviations(found)).max() < 3.5 and found.fit.chi2 < 1.3
+    told = [line for line in found.notes if "residuals tell" in line]
+    assert told[0].startswith(said) if said else not told
 
 
 def test_what_residuals_do_not_tell_widens_deviations() -> None:
     """Noise hides which window it was: deviations without it hold the truth less often than they should."""
     one = welch(0.5, 12, 0.4, seed=3)
     none, unnamed = updated(one, 12, NONE), updated(one, 12, None)
-    assert set(unnamed.fit.under) == {WindowKind.HANN, WindowKind.EXPONENTIAL} and not none.fit.under
-    said = [line for line in unnamed.notes if "no window is named, and none is taken" in line]
-    assert len(said) == 1 and "exponential one that falls to 1 %, " in said[0] and ".damping is -" in said[0]
-    shift = unnamed.fit.under[WindowKind.HANN]
-    for plain, wide, by in zip(none.estimates, unnamed.estimates, shift, strict=True):
+    hann, falling = unnamed.fit.under
+    assert hann.counts and not falling.counts and falling.window.kind is WindowKind.EXPONENTIAL and not none.fit.under
+    said = [line for line in unnamed.notes if "no window is named" in line]
+    assert len(said) == 1 and "under an exponential one of " in said[0] and ".damping is -" in said[0]
+    for plain, wide, by in zip(none.estimates, unnamed.estimates, hann.shift, strict=True):
         assert wide.value == plain.value and wide.relative == pytest.approx(np.hypot(plain.relative, by))
 
 
-def test_exponential_windows_of_blows_add_no_damping() -> None:
-    f, tau = np.arange(10.0, 180.0, 1.0), 0.2
-    H = exact(f - 1j / (2 * np.pi * tau))
-    rng, sd = np.random.default_rng(1), 0.01 * np.abs(H)
-    H = H + sd * (rng.normal(size=len(f)) + 1j * rng.normal(size=len(f)))
-    one = MeasuredResponse(*PAIR, f, H, np.full(len(f), 1 / (1 + 2 * 9 * 1e-4)))
-    named, none = updated(one, 10, Window(WindowKind.EXPONENTIAL, decay=tau)), updated(one, 10, NONE)
-    assert np.abs(deviations(named)).max() < 3.5 and np.abs(deviations(none)).max() > 15
-    assert any("under an exponential one" in line for line in updated(one, 10, None).notes)
+def blow(tau: float = np.inf, late: float = 0.0, factor: float = 1.0) -> MeasuredResponse:
+    """A response with noise of 1 %, under an exponential window, by a late sensor of another sensitivity."""
+    f, rng = np.arange(10.0, 180.0, 1.0), np.random.default_rng(1)
+    H = factor * exact(f - 1j / (2 * np.pi * tau)) * np.exp(-2j * np.pi * f * late)
+    H = H + 0.01 * np.abs(H) * (rng.normal(size=len(f)) + 1j * rng.normal(size=len(f)))
+    return MeasuredResponse(*PAIR, f, H, np.full(len(f), 1 / (1 + 2 * 9 * 1e-4)))
+
+
+@pytest.mark.parametrize(
+    ("window", "said"),
+    [
+        (Window(WindowKind.EXPONENTIAL, decay=0.2), ""),
+        (
+            Window(WindowKind.EXPONENTIAL, decay=0.3),
+            "the list says an exponential one of 0.3 s, and residuals tell an ",
+        ),
+        (NONE, "shaker: the list says none, and residuals tell an exponential one of 0.1995"),
+        (None, "shaker: no window is named, and residuals tell an exponential one of 0.1995"),
+    ],
+)
+def test_exponential_windows_of_blows_add_no_damping(window: Window | None, said: str) -> None:
+    found = updated(blow(tau=0.2), 10, window)
+    assert np.abs(deviations(found)).max() < 3.5
+    assert said in found.notes[0] if said else not found.notes
+
+
+def test_factors_and_delays_are_told_together() -> None:
+    """Factors alone leave chi2 of 8, delays alone 1.2 with springs 30 deviations off."""
+    found = updated(blow(late=1e-4, factor=1.1), 10, NONE)
+    assert np.abs(deviations(found)).max() < 3.5 and found.fit.chi2 < 1.15
+    assert any("table.az by 0.0" in line or "table.az by 0.1" in line for line in found.notes)
+    assert any("responses are 1.099 times" in line for line in found.notes)
+
+
+def test_noise_that_is_larger_than_coherence_says_is_told_from_a_wrong_model() -> None:
+    found = updated(blow(), 100, NONE)
+    assert "alike at all frequencies: check both" in found.verdict_on_model
+    assert np.abs(deviations(found)).max() < 3.5 and not any("spikes" in line for line in found.notes)
 
 
 @pytest.mark.parametrize(
