@@ -37,7 +37,7 @@ from functools import cached_property
 
 import numpy as np
 
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.foundation.array_types import AnyArray, Array
 from symoro_elastic.machine.limits import Range
 
 TURN, ARC, SLIDE = "turn", "arc", "slide"
@@ -75,10 +75,10 @@ class Axis:
 
     @cached_property
     def orders(self) -> tuple[int, ...]:
-        """The order in phi of each function of the basis."""
+        """The order in phi of each function of the basis; for turns the cosines come first, then the sines."""
         n = self.degree
         if self.kind == TURN:
-            return (0, *(k for k in range(1, n + 1) for _ in range(2)))
+            return (*range(n + 1), *range(1, n + 1))
         if self.kind == SLIDE:
             return tuple(range(n + 1))
         return tuple(k + k % 2 for k in range(2 * n + 1))
@@ -97,18 +97,13 @@ class Axis:
     def basis(self, phi: Array) -> Array:
         """Return the functions of the basis at these phi, (points, functions)."""
         if self.kind == TURN:
-            return np.stack(
-                [np.cos(k * phi) if j % 2 or not j else np.sin(k * phi) for j, k in self._numbered], axis=-1
-            )
+            n = self.degree
+            return np.stack([np.cos(k * phi) for k in range(n + 1)] + [np.sin(k * phi) for k in range(1, n + 1)], -1)
         columns = [np.cos(k * phi) for k in range(len(self.orders))]
         if self.kind == ARC:
             cosine = np.sqrt(1 - (math.sin(self.half / 2) * np.cos(phi)) ** 2)
             columns = [cosine * x if k % 2 else x for k, x in enumerate(columns)]
         return np.stack(columns, axis=-1)
-
-    @property
-    def _numbered(self) -> list[tuple[int, int]]:
-        return list(enumerate(self.orders))
 
     def positions(self, phi: Array) -> Array:
         """Return x, within the range, at these phi."""
@@ -163,6 +158,14 @@ class Axis:
     def cells(self, count: int) -> Array:
         """Return the middles of cells of phi, of half width pi/count (even), that cover all of x."""
         return np.asarray((np.arange(count // 2 if self.is_even else count) + 0.5) * (2 * math.pi / count))
+
+
+def of_harmonics(squares: AnyArray, axis: int) -> AnyArray:
+    """Return squares of coefficients, those of sines added to those of cosines in place, for an axis that turns."""
+    before, n = (slice(None),) * axis, squares.shape[axis] // 2
+    if n:
+        squares[(*before, slice(1, n + 1))] += squares[(*before, slice(n + 1, None))]
+    return squares[(*before, slice(n + 1))]
 
 
 def axis_of(name: str, degree: int, found: Range, *, angle: bool) -> Axis:

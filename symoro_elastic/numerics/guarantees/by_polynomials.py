@@ -12,13 +12,11 @@ from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Subject
-from symoro_elastic.numerics.guarantees.grid import largest
+from symoro_elastic.numerics.guarantees.grid import WORK, largest
 from symoro_elastic.numerics.guarantees.polynomial_rounding import rounding_bound
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.expression import Expression, Operand
 
-SECONDS = 2.0
-"""For the range of one entry: what is proven then counts."""
 DRAWN = 500
 """States whose middle value is where a range is looked for."""
 
@@ -47,7 +45,7 @@ def _proven(x: Operand, subject: Subject) -> tuple[float, float, float]:
     if not math.isfinite(error):
         return math.inf, -math.inf, math.inf
     middle = _middle(x, subject.box)
-    half = largest((x, Fraction(middle)), subject.box, seconds=SECONDS).bound
+    half = largest((x, Fraction(middle)), subject.box, work=WORK).bound
     return error, float(np.nextafter(middle - half, -math.inf)), float(np.nextafter(middle + half, math.inf))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -21,6 +20,8 @@ CLOSENESS = 1.05
 RATIOS = (8, 12, 16, 24, 48, 96)
 """Points of grids over the order of the polynomial, from coarse to fine: factors of 1.08 to 1.0005 an axis."""
 MOST_POINTS = 150_000
+WORK, LEAST_WORK = 5e8, 1e5
+"""For the range of one entry, about a second; what a grid takes at least."""
 SINGLE_UNIT = 2.0**-24
 
 
@@ -38,20 +39,21 @@ class Largest:
     reason: str = ""
 
 
-def largest(target: Target, box: Box, *, closeness: float = CLOSENESS, seconds: float = math.inf) -> Largest:
+def largest(target: Target, box: Box, *, closeness: float = CLOSENESS, work: float = math.inf) -> Largest:
     """Return a bound of the largest |f| over a box; positions of the box that are no angles are slides.
 
     The work ends when the bound is at most `closeness` times a value that is taken on, but for what the surface leaves
-    out, or after so many seconds, with what is proven then. All other variables are taken as those of the motion. A
+    out, or after so much `work`, values of coefficients on grids, with what is proven then: the same on every
+    computer, however busy it is. All other variables are taken as those of the motion. A
     variable that stands inside of sines and outside of them is two, in what is close to a value (`separated.py`).
     """
     try:
         found = surface(target, box)
     except NotPolynomial as error:
         return Largest(math.inf, 0.0, finished=False, reason=str(error))
-    search, end = _Values(found), time.monotonic() + seconds
+    search = _Values(found)
     for _ in search.steps(closeness):
-        if time.monotonic() > end:
+        if search.work > work:
             break
     state = search.state(box)
     close = search.upper <= closeness * search.lower
@@ -70,7 +72,7 @@ class _Values(Search):
     """Largest values of a surface, over `scale`, with grids in single precision; `place` is where `lower` was found."""
 
     def __init__(self, found: Surface) -> None:
-        self.found, self.signs = found, signs_of(found.monomials)
+        self.found, self.signs, self.work = found, signs_of(found.monomials), 0.0
         self.scale = float(np.abs(found.coefficients).max()) or 1.0
         points = {j: 24 * m // (1 + found.axes[j].is_even) + 1 for j, m in enumerate(found.orders) if m}
         order = sorted(points, key=lambda j: -points[j])
@@ -79,6 +81,11 @@ class _Values(Search):
         self.coefficients = self._arranged(found.coefficients / self.scale)
         grids = [self._grids(ratio) for ratio in RATIOS]
         self.grids = [one for k, one in enumerate(grids) if k == 0 or math.prod(map(len, one)) <= MOST_POINTS]
+        self.bases = [
+            [self._basis(j, x).astype(np.float32) for j, x in zip(self.gridded, one, strict=True)] for one in self.grids
+        ]
+        pairs = [zip(self.gridded, one, strict=True) for one in self.grids]
+        self.bases = [[self._basis(j, phi).astype(np.float32) for j, phi in one] for one in pairs]
         self.place: tuple[tuple[float, ...], int, int] = ((), 0, 0)
         total = float(np.abs(found.coefficients).sum()) / self.scale * OUTWARDS
         axes, orders = [found.axes[j] for j in self.cut], [found.orders[j] for j in self.cut]
@@ -88,9 +95,10 @@ class _Values(Search):
 
     def value(self, middle: tuple[float, ...], grid: int, least: float) -> float:
         values = self._in_cell(middle)
-        for phi, j in reversed([*zip(self.grids[grid], self.gridded, strict=True)]):
-            values = np.matmul(self._basis(j, phi).astype(np.float32), values)
+        for basis in reversed(self.bases[grid]):
+            values = np.matmul(basis, values)
             values = values.reshape(*values.shape[:-2], -1)
+        self.work += values.size + LEAST_WORK
         best, where = self.signs.above(values.reshape(len(values), -1), least)
         if where >= 0 and best > self.lower:
             self.lower, self.place = best, (middle, grid, where)

@@ -208,7 +208,7 @@ def _local(axis: Axis, middles: Array) -> Array:
         parts = [chebyshev.chebval(y, chebyshev.chebder(basis, k)) / math.factorial(k) for k in range(axis.degree + 1)]
         return np.moveaxis(np.array(parts), -1, 0)
     orders = np.array(axis.orders)
-    is_sine = (np.arange(len(orders)) % 2 == 0) & (orders > 0)
+    is_sine = np.arange(len(orders)) > axis.degree
     phase = orders * middles[:, None] - np.where(is_sine, np.pi / 2, 0.0)
     parts = [np.cos(phase)]
     for k in range(1, axis.degree + 1):

@@ -13,7 +13,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.models.linear_system import LinearSystem
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
-from symoro_elastic.numerics.guarantees.grid import largest
+from symoro_elastic.numerics.guarantees.grid import WORK, largest
 from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.least_inertia import by_intervals, entries_by_intervals, on_cells
 from symoro_elastic.numerics.guarantees.matrix_argument import OUTWARDS, Given, solved
@@ -26,8 +26,8 @@ from symoro_elastic.symbolic.program import Program
 
 MOST_CELLS, MORE_CELLS = 5_000, 100_000
 """Of positions; with polynomials."""
-SECONDS, DRAWN = 2.0, 500
-"""For the range of an entry of b, by polynomials, and states whose middle value is where it is looked for."""
+DRAWN = 500
+"""States whose middle value is where the range of an entry of b is looked for."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Solver:
         drawn = [np.asarray(value(x), dtype=float) for x in right]
         middles = np.array([float(np.min(x) / 2 + np.max(x) / 2) for x in drawn])
         pairs = zip(right, map(Fraction, middles), strict=True)
-        return middles, np.array([largest(pair, self.box, seconds=SECONDS).bound for pair in pairs])
+        return middles, np.array([largest(pair, self.box, work=WORK).bound for pair in pairs])
 
     @cached_property
     def _inner(self) -> list[Expression]:

@@ -43,8 +43,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symoro_elastic.codegen.c.printers import is_given
-from symoro_elastic.foundation.array_types import AnyArray
-from symoro_elastic.numerics.guarantees.axes import TURN, UNIT, Axis
+from symoro_elastic.numerics.guarantees.axes import TURN, UNIT, Axis, of_harmonics
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.coefficients import Polynomial, circular, constants, number, values_of, variable
 from symoro_elastic.numerics.guarantees.degrees import NotPolynomial
@@ -339,20 +338,11 @@ def _of_numbers(node: Expression, rounding: Rounding) -> float:
 
 def _largest(x: Polynomial, program: _Program) -> float:
     """Return a bound of the largest value, with free signs of the motion, from values at all nodes."""
-    found = sum(_largest_of(np.asarray(values), program.axes) for values in x.terms.values()) + program.missing(x)
+    found = program.missing(x)
+    for coefficients in coefficients_of(x, program.axes):
+        squares = coefficients * coefficients
+        for j, axis in enumerate(program.axes, start=1):
+            if axis.kind == TURN:
+                squares = of_harmonics(squares, j)
+        found += float(np.sqrt(squares).sum())
     return min(found * (1 + 1e-9), x.size * (1 + 1e-9))
-
-
-def _largest_of(values: AnyArray, axes: Sequence[Axis]) -> float:
-    """The same for one coefficient; each axis in turn is the first, and then the last."""
-    if not values.ndim:
-        return float(abs(values))
-    for axis in axes:
-        rows = values.reshape(len(values), -1)
-        rows = axis.from_values @ rows if len(values) > 1 else rows
-        values = rows.T.reshape(*values.shape[1:], len(rows))
-    squares = values * values
-    for j, axis in enumerate(axes):
-        if squares.shape[j] > 1 and axis.kind == TURN:
-            squares = np.add.reduceat(squares, [0, *range(1, squares.shape[j], 2)], axis=j)
-    return float(np.sqrt(squares).sum())

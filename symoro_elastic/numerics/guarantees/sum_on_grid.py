@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symoro_elastic.foundation.array_types import AnyArray
-from symoro_elastic.numerics.guarantees.axes import TURN, Axis
+from symoro_elastic.numerics.guarantees.axes import TURN, Axis, of_harmonics
 from symoro_elastic.numerics.guarantees.coefficients import Polynomial
 
 RATIOS = (8, 10, 12, 16)
@@ -32,6 +32,10 @@ RATIOS = (8, 10, 12, 16)
 MOST_WORK, PRICE = 5e9, 0.05
 """Values of coefficients on grids; work that is twice as much has to make a bound smaller by 3 % (2^-0.05)."""
 MOST_AXES = 3
+AT_ONCE = 2**18
+"""Values of coefficients that fit the processor's cache."""
+ONE = np.ones((1, 1), np.float32)
+"""The basis of an axis that polynomials do not depend on."""
 SINGLE_UNIT = 2.0**-24
 OUTWARDS = 1 + 1e-6
 
@@ -66,52 +70,63 @@ class SumOnGrid:
     def add(self, weight: float, coefficients: AnyArray) -> None:
         """Add polynomials of one shape, by their coefficients (polynomials, functions of each axis)."""
         for one in coefficients:
-            self._add(weight, one[None])
+            self._add(weight, one)
 
     def _add(self, weight: float, coefficients: AnyArray) -> None:
         scale = float(np.abs(coefficients).max()) or 1.0
         weight, sums = weight * scale, float(np.abs(coefficients).sum()) / scale
         gridded = sorted(self._bases)
         others = [j for j in range(len(self.axes)) if j not in self._bases]
-        ordered = (coefficients / scale).transpose(0, *(1 + j for j in (*others, *gridded)))
+        ordered = (coefficients / scale).transpose(*others, *gridded)
         shape = [*ordered.shape]
         values: AnyArray = np.ascontiguousarray(ordered, dtype=np.float32)
-        steps = 4
-        for place, j in reversed([*enumerate(gridded, start=1 + len(others))]):
+        bases = [self._bases[j] if coefficients.shape[j] > 1 else ONE for j in gridded] or [ONE]
+        for place, basis in reversed([*enumerate(bases[1:], start=len(others) + 1)]):
             if shape[place] > 1:
-                values = np.matmul(self._bases[j], values.reshape(math.prod(shape[:place]), shape[place], -1))
-                shape[place] = len(self._bases[j])
-                steps += len(self.axes[j].orders) + 4
-        points = tuple(shape[1 + len(others) :])
-        rows = self._magnitudes(values.reshape(*shape[: 1 + len(others)], -1), others)
-        found = (np.ones(len(rows), np.float32) @ rows).astype(float).reshape(points)
-        self.total = self.total + weight * (1 + (len(rows) + 16) * SINGLE_UNIT) * found
+                values = np.matmul(basis, values.reshape(math.prod(shape[:place]), shape[place], -1))
+                shape[place] = len(basis)
+        values = values.reshape(*shape[: len(others)], len(bases[0].T), -1)
+        rows, found = self._summed(values, bases[0], others)
+        points = (len(bases[0]), *shape[len(others) + 1 :]) if gridded else ()
+        steps = 4 + sum(len(self.axes[j].orders) + 4 for j in gridded if coefficients.shape[j] > 1)
+        self.total = self.total + weight * (1 + (rows + 16) * SINGLE_UNIT) * found.reshape(points).astype(float)
         self.off += weight * steps * SINGLE_UNIT * sums * OUTWARDS
 
-    def _magnitudes(self, values: AnyArray, others: Sequence[int]) -> AnyArray:
-        """Return the magnitudes of harmonics, in rows, by point of the grid."""
-        np.multiply(values, values, out=values)
-        for place, j in enumerate(others, start=1):
-            if self.axes[j].kind == TURN and values.shape[place] > 1:
-                values = np.moveaxis(values, place, 0)
-                values[1::2] += values[2::2]
-                kept = 1 + len(values) // 2
-                values[2:kept] = values[3::2]
-                values = np.moveaxis(values[:kept], 0, place)
-        return np.sqrt(values).reshape(-1, values.shape[-1])
+    def _summed(self, values: AnyArray, basis: AnyArray, others: Sequence[int]) -> tuple[int, AnyArray]:
+        """Return how many magnitudes are added, and their sum (points of the first axis of the grid, other points).
+
+        `values` are (functions of each of the other axes, of the first axis, other points).
+        """
+        *lead, _, rest = values.shape
+        found = np.empty((len(basis), rest), np.float32)
+        step = max(1, AT_ONCE // (math.prod(lead) * rest))
+        for start in range(0, len(basis), step):
+            part = basis[start : start + step]
+            squares = np.matmul(part, values).reshape(*lead, -1)
+            np.multiply(squares, squares, out=squares)
+            for place, j in enumerate(others):
+                if self.axes[j].kind == TURN:
+                    squares = of_harmonics(squares, place)
+            magnitudes = np.sqrt(squares, out=squares)
+            found[start : start + step] = magnitudes.sum(axis=tuple(range(len(others)))).reshape(-1, rest)
+        return math.prod(magnitudes.shape[:-1]), found
 
 
 def coefficients_of(x: Polynomial, axes: Sequence[Axis]) -> Iterator[AnyArray]:
-    """Yield the coefficients of a polynomial, from its values at the nodes of axes, stacked by shape."""
+    """Yield the coefficients of a polynomial, from its values at the nodes of axes, stacked by shape.
+
+    Each axis in turn is the first one, and then the last.
+    """
     shapes: defaultdict[tuple[int, ...], list[AnyArray]] = defaultdict(list)
     for values in map(np.asarray, x.terms.values()):
         shape = values.shape or (1,) * len(axes)
         shapes[shape].append(values.reshape(shape))
-    for stacked in map(np.stack, shapes.values()):
-        found: AnyArray = stacked
-        for j, axis in enumerate(axes, start=1):
-            if found.shape[j] > 1:
-                found = np.moveaxis(np.tensordot(found, axis.from_values, axes=(j, 1)), -1, j)
+    for alike in shapes.values():
+        found = np.stack(alike, axis=-1)
+        for axis in axes:
+            rows = found.reshape(len(found), -1)
+            rows = axis.from_values @ rows if len(rows) > 1 else rows
+            found = rows.T.reshape(*found.shape[1:], len(rows))
         yield found
 
 

@@ -27,7 +27,7 @@ from symoro_elastic.models.model import Joints
 from symoro_elastic.numerics.arrays import arithmetic
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.certificate import Knowledge
-from symoro_elastic.numerics.guarantees.grid import largest
+from symoro_elastic.numerics.guarantees.grid import WORK, largest
 from symoro_elastic.numerics.guarantees.intervals import Interval, interval
 from symoro_elastic.numerics.guarantees.inverse_bound import allowed_right_sides, largest_solutions, widened
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, running_errors
@@ -45,8 +45,6 @@ from symoro_elastic.symbolic.program import Program
 
 DOUBLE = ROUNDINGS["double"]
 MOST_SUB_BOXES, DRAWN = 64, 2000
-SECONDS = 2.0
-"""For the polynomial of one entry."""
 GAMMA = "Gamma"
 """The residual."""
 
@@ -225,7 +223,7 @@ def _about(x: Operand, middle: float, box: Box) -> Interval:
     """The range of a polynomial over a box: its largest distance from about its middle."""
     if not isinstance(x, Expression):
         return interval(x)
-    half = largest(x - Fraction(middle), box, seconds=SECONDS).bound
+    half = largest(x - Fraction(middle), box, work=WORK).bound
     return Interval(np.nextafter(middle - half, -np.inf), np.nextafter(middle + half, np.inf))
 
 
@@ -235,4 +233,4 @@ def _magnitude(x: Operand, box: Box) -> float:
         return float(interval(x).magnitude)
     bounds = running_errors(reachable([x]), _used([x], box), DOUBLE)
     by_intervals = float(np.max(bounds.range_of(x).magnitude))
-    return min(by_intervals, largest(x, box, seconds=SECONDS).bound)
+    return min(by_intervals, largest(x, box, work=WORK).bound)

@@ -183,11 +183,11 @@ def test_torques_of_the_puma(half: float, v: float, a: float) -> None:
         assert_proven(largest(f, box), attack(f, box, 10_000))
 
 
-def test_what_is_proven_is_kept_when_time_is_over() -> None:
+def test_what_is_proven_is_kept_after_the_work() -> None:
     program = inverse("puma560_measured.toml")
     box = box_in(program, q=PI, qd=2.0, qdd_motor=5.0)
     f = program.outputs[0].entries[3]
-    found = largest(f, box, seconds=0.0)
+    found = largest(f, box, work=0.0)
     assert not found.finished
     assert largest(f, box).found <= found.bound < math.inf
 

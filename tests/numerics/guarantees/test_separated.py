@@ -94,7 +94,7 @@ def test_random_mixtures(x: Operand, half: float, mixed: bool) -> None:
         return
     box = box_of("q1 q2", q1=(-half, half), q2=(0.2, 0.2 + half))
     assert measured(x, box, 3000, np.float32) <= rounding_bound(x, box, SINGLE).bound < math.inf
-    most = largest(x, box, seconds=2)
+    most = largest(x, box, work=1e9)
     values = evaluate([x], box.states(3000, np.random.default_rng(0)), arithmetic(np.float64))(x)
     assert max(np.abs(values).max(), most.found) <= most.bound * (1 + 1e-12)
     if mixed:
