@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -153,15 +154,24 @@ class Tape:
     def steps(self, changes: Changes = NO_CHANGES, s: float = 0.0, places: Collection[int] | None = None) -> list[Step]:
         """Return what fills the rows of the program with changes: of `places`, if given."""
         found = []
-        for place, operands in enumerate(self.operands):
-            if places is not None and place not in places:
-                continue
+        changed = {place for place, _ in changes.dropped} | changes.straightened
+        for place in range(self.count) if places is None else sorted(places):
             if place in changes.frozen:
                 found.append(self._frozen(place, changes.frozen[place], s))
-            elif operands:
-                first, second = (*operands, -1)[:2]
-                found.append(Step(self._function(place, changes, s), first, second, place))
+            elif place in changed:
+                found.append(self._step(place, changes, s))
+            elif self.operands[place]:
+                found.append(self._whole[place])
         return found
+
+    @cached_property
+    def _whole(self) -> dict[int, Step]:
+        """What fills the rows of the program without changes."""
+        return {place: self._step(place, NO_CHANGES, 0.0) for place, x in enumerate(self.operands) if x}
+
+    def _step(self, place: int, changes: Changes, s: float) -> Step:
+        first, second = (*self.operands[place], -1)[:2]
+        return Step(self._function(place, changes, s), first, second, place)
 
     def needed(self, roots: Iterable[int], changes: Changes = NO_CHANGES) -> set[int]:
         """Return the places that the rows of `roots` need in the program with changes."""
