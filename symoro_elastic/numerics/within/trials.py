@@ -25,7 +25,7 @@ from symoro_elastic.numerics.within.unseen import Unseen, unseen
 from symoro_elastic.numerics.within.worst_states import climb
 from symoro_elastic.symbolic.program import Names, Program, build
 
-FIRST, AT_REST, FOR_SCALE = 500, 32, 20_000
+FIRST, AT_REST, FOR_SCALE = 1500, 32, 20_000
 """States of the first sample, states at rest, states at which results are largest."""
 MORE, EACH = 60_000, 20
 """States that are looked at after each search, and how many of the worst may join the sample, for each result."""
