@@ -13,8 +13,15 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "symoro_elastic"
 FILES = sorted(PACKAGE.rglob("*.py"))
-IDS = [str(path.relative_to(PACKAGE)) for path in FILES]
 LONGEST_FUNCTION, LONGEST_FILE, LONGEST_PAGE, MEDIAN_FUNCTION = 45, 600, 250, 6
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _trees_are_forgotten() -> Iterator[None]:
+    """They are a million objects, which every later collection of garbage would pass through."""
+    yield
+    for kept in (tree, nodes, calls):
+        kept.cache_clear()
 
 
 @cache
@@ -90,33 +97,34 @@ def called(node: ast.Call) -> str:
     return node.func.attr if isinstance(node.func, ast.Attribute) else ""
 
 
-@pytest.mark.parametrize("path", FILES, ids=IDS)
-def test_text_of_a_user_is_never_run(path: Path) -> None:
+def test_text_of_a_user_is_never_run() -> None:
     """No eval and its kin."""
-    wrong = [
-        f"{path.relative_to(ROOT)}:{node.lineno}: {called(node)}"
-        for node in calls(path)
-        if called(node) in FORBIDDEN and ast.unparse(node.func) not in HARMLESS
-    ]
-    wrong += [f"{path.relative_to(ROOT)}:{line}: {name}" for name, line in imports(path) if name in FORBIDDEN_MODULES]
+    wrong = []
+    for path in FILES:
+        found = [(called(node), node) for node in calls(path)]
+        run = [(name, node) for name, node in found if name in FORBIDDEN and ast.unparse(node.func) not in HARMLESS]
+        wrong += [f"{path.relative_to(ROOT)}:{node.lineno}: {name}" for name, node in run]
+        used = [(name, line) for name, line in imports(path) if name in FORBIDDEN_MODULES]
+        wrong += [f"{path.relative_to(ROOT)}:{line}: {name}" for name, line in used]
     assert wrong == []
 
 
-@pytest.mark.parametrize("path", FILES, ids=IDS)
-def test_data_know_no_printer_and_no_plot(path: Path) -> None:
+def test_data_know_no_printer_and_no_plot() -> None:
     """rich is of the command line, matplotlib of plots and pages; results are imported by views, not views by results.
 
     Views of a room are used by other views, by pages and by commands.
     """
-    name = path.relative_to(PACKAGE)
-    room, shows = name.parts[0], path.stem in ("views", "plots")
-    used = {module for module, _ in imports(path)}
-    assert room == "cli" or not {module for module in used if module.split(".")[0] == "rich"}
-    texts = {node.value for node in nodes(path) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-    assert name == Path("foundation/pictures.py") or not {x for x in texts | used if x.split(".")[0] == "matplotlib"}
-    if not shows and room not in ("pages", "cli"):
-        assert "symoro_elastic.foundation.pictures.new_figure" not in used
-        assert not {module for module in used if {*module.split(".")} & {"views", "plots"}}
+    for path in FILES:
+        name = path.relative_to(PACKAGE)
+        room, shows = name.parts[0], path.stem in ("views", "plots")
+        used = {module for module, _ in imports(path)}
+        assert room == "cli" or not {module for module in used if module.split(".")[0] == "rich"}, name
+        texts = {node.value for node in nodes(path) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+        plotted = {x for x in texts | used if x.split(".")[0] == "matplotlib"}
+        assert name == Path("foundation/pictures.py") or not plotted, name
+        if not shows and room not in ("pages", "cli"):
+            assert "symoro_elastic.foundation.pictures.new_figure" not in used, name
+            assert not {module for module in used if {*module.split(".")} & {"views", "plots"}}, name
 
 
 WRITES = {"write_text", "write_bytes", "savefig", "savez", "savez_compressed", "savemat", "savetxt", "copyfile", "dump"}
@@ -130,17 +138,15 @@ MAY_WRITE = {
 TO_MEMORY = {"foundation/pictures.py", "analysis/time_series/writing.py", "analysis/vibration/export.py"}
 
 
-@pytest.mark.parametrize("path", FILES, ids=IDS)
-def test_files_of_users_are_written_in_one_module(path: Path) -> None:
-    name = str(path.relative_to(PACKAGE))
-    if name in MAY_WRITE:
-        return
+def test_files_of_users_are_written_in_one_module() -> None:
     wrong = []
-    for node in calls(path):
-        if called(node) in WRITES and isinstance(node.func, ast.Attribute):
-            ours = ast.unparse(node.func) == "output_files.write_text"
-            if not ours and not (name in TO_MEMORY and "stream" in ast.unparse(node)):
-                wrong.append(f"{path.relative_to(ROOT)}:{node.lineno}: {ast.unparse(node.func)}")
+    for path in FILES:
+        name = str(path.relative_to(PACKAGE))
+        for node in calls(path) if name not in MAY_WRITE else ():
+            if called(node) in WRITES and isinstance(node.func, ast.Attribute):
+                ours = ast.unparse(node.func) == "output_files.write_text"
+                if not ours and not (name in TO_MEMORY and "stream" in ast.unparse(node)):
+                    wrong.append(f"{path.relative_to(ROOT)}:{node.lineno}: {ast.unparse(node.func)}")
     assert wrong == []
 
 
@@ -159,11 +165,11 @@ def parameters_described(function: ast.FunctionDef) -> int:
     return text.count("\n") + 1 if "Parameters\n" in text else 0
 
 
-@pytest.mark.parametrize("path", FILES, ids=IDS)
-def test_nothing_is_long(path: Path) -> None:
-    lines = path.read_text(encoding="utf-8").count("\n")
-    assert lines <= LONGEST_FILE, f"{lines} lines"
-    assert {name: length for name, length in functions(path).items() if length > LONGEST_FUNCTION} == {}
+def test_nothing_is_long() -> None:
+    for path in FILES:
+        lines = path.read_text(encoding="utf-8").count("\n")
+        assert lines <= LONGEST_FILE, f"{path}: {lines} lines"
+        assert {name: length for name, length in functions(path).items() if length > LONGEST_FUNCTION} == {}, path
 
 
 def test_half_of_the_functions_are_short() -> None:

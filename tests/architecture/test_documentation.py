@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import re
 import shlex
@@ -32,17 +31,15 @@ def text(document: str) -> str:
 
 @cache
 def names_of_tests(path: str) -> set[str]:
-    tree = ast.parse((TESTS / path).read_text(encoding="utf-8"))
-    return {node.name for node in tree.body if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")}
+    return {*re.findall(r"^def (test_\w+)", (TESTS / path).read_text(encoding="utf-8"), re.MULTILINE)}
 
 
 # Promises
 
 
-@pytest.mark.parametrize(("promise", "path", "name"), PROMISES, ids=[name for _, _, name in PROMISES])
-def test_every_promise_has_its_test(promise: str, path: str, name: str) -> None:
-    assert (TESTS / path).is_file(), promise
-    assert name in names_of_tests(path), promise
+def test_every_promise_has_its_test() -> None:
+    absent = [row for row in PROMISES if not (TESTS / row[1]).is_file() or row[2] not in names_of_tests(row[1])]
+    assert absent == []
 
 
 def test_promises_are_many_and_differ() -> None:
