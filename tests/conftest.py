@@ -19,7 +19,7 @@ settings.register_profile("ci", deadline=None, suppress_health_check=SLOW, deran
 # The same examples in every run of continuous integration; new ones at every other run.
 settings.load_profile("ci" if os.environ.get("CI") else "tests")
 
-gc.set_threshold(50_000, 20, 100)
+gc.set_threshold(2_000_000, 3, 20)
 """Expressions are many small objects that stay: collections as often as usual take a sixth of the time of the tests."""
 
 FEW = 2
