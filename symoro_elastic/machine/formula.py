@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from numbers import Integral
 from typing import Any, SupportsFloat
 
@@ -59,7 +59,7 @@ class Formula:
         if isinstance(source, bool):
             raise FormulaError(f"{source} is not a number")
         text = source if isinstance(source, str) else _plain_number(source)
-        return cls(text.strip(), _Parser(text).parse())
+        return cls(text.strip(), _tree(text))
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -85,6 +85,13 @@ class Formula:
 
         Raises `KeyError` for a name without value, `FormulaError` where there is no finite value.
         """
+        return self._value(names or {}) if self.names else self._number
+
+    @cached_property
+    def _number(self) -> float:
+        return self._value({})
+
+    def _value(self, names: Mapping[str, float]) -> float:
         known = {name: names[name] for name in self.names} if names else {}
         try:
             result = float(_evaluate(self.tree, {"pi": math.pi, **known}, _OF_FLOATS, lambda exact: exact))
@@ -225,6 +232,12 @@ def _power(base: Any, exponent: int, number: Any) -> Any:
     for _ in range(exponent):
         result = result * base
     return result
+
+
+@lru_cache(maxsize=4096)
+def _tree(text: str) -> Tree:
+    """The tree of a text; tables repeat most of theirs."""
+    return _Parser(text).parse()
 
 
 class _Parser:

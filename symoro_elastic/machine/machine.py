@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.results import Shown
-from symoro_elastic.machine.columns import AXES, Dimension, column
+from symoro_elastic.machine.columns import AXES, Cell, Dimension, cells, column
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.joints import (
     NO_INERTIA,
@@ -180,6 +180,14 @@ class Machine(Shown):
     def degrees_of_base(self) -> int:
         """Degrees of freedom of the base: 6 or 0."""
         return 6 * len(self.free_bodies)
+
+    @cached_property
+    def cells_with_names(self) -> tuple[tuple[str, Joint | Body, tuple[tuple[Cell, Formula], ...]], ...]:
+        """Joints and free bodies with cells in which names occur: their name in messages, themselves, these cells."""
+        owners: list[tuple[str, Joint | Body]] = [(joint.name, joint) for joint in self.joints]
+        owners += [("base", body) for body in self.free_bodies]
+        named = ((name, owner, tuple(pair for pair in cells(owner) if pair[1].names)) for name, owner in owners)
+        return tuple(one for one in named if one[2])
 
     @cached_property
     def dependent(self) -> tuple[int, ...]:

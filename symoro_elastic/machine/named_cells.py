@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.checks import law_faults
-from symoro_elastic.machine.columns import Cell, Dimension, cells, with_cells
+from symoro_elastic.machine.columns import Cell, Dimension, with_cells
 from symoro_elastic.machine.constants import with_constants
 from symoro_elastic.machine.described import AnyMachine
 from symoro_elastic.machine.drive_numbers import refuse_wrong_drives, with_named_drives
@@ -63,12 +62,10 @@ def refuse_values(machine: Machine, values: Mapping[str, float], names: Sequence
 
 def refuse_wrong_values(machine: Machine, given: Collection[str], values: dict[str, float]) -> dict[str, float]:
     """Return the values; raises `InputError` where a cell is what no file may say by a given one: a negative mass."""
-    owners: list[tuple[str, Any]] = [(joint.name, joint) for joint in machine.joints]
-    owners += [("base", body) for body in machine.free_bodies]
-    for name, owner in owners:
+    for name, owner, named in machine.cells_with_names:
         touched = False
-        for cell, formula in cells(owner):
-            if formula.names and not formula.names.isdisjoint(given) and formula.names <= values.keys():
+        for cell, formula in named:
+            if not formula.names.isdisjoint(given) and formula.names <= values.keys():
                 _refuse(machine, f"{name}.{cell.name}", cell.column.dimension, formula, values)
                 touched = True
         if touched and isinstance(owner, Joint):

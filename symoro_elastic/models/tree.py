@@ -143,6 +143,10 @@ class Tree(Cells):
 
     def arguments(self) -> dict[str, tuple[str, ...]]:
         """Names of the entries of each argument of the generated functions."""
+        return self._arguments
+
+    @cached_property
+    def _arguments(self) -> dict[str, tuple[str, ...]]:
         return arguments(self.machine)
 
     @property

@@ -12,6 +12,9 @@ from numbers import Number
 from symoro_elastic.symbolic.arithmetic import RATIONAL, Arithmetic, Library
 from symoro_elastic.symbolic.operations import ADD, DIVIDE, MULTIPLY, NEGATE, OPERATIONS, SUBTRACT, Functions, Value
 
+PLAIN = (float, int)
+"""Numbers beside a dual whose products are written out, too."""
+
 
 class Dual:
     """A value and its derivative along a direction, the tangent; other numbers beside it are constants."""
@@ -41,10 +44,12 @@ class Dual:
     def __mul__(self, other: Value) -> Dual:
         if _both_move(self, other):
             return Dual(self.value * other.value, other.value * self.tangent + self.value * other.tangent)
+        if type(other) in PLAIN and type(self.tangent) is not int:
+            return Dual(self.value * other, other * self.tangent)
         return _operator(MULTIPLY, self, other) if self._may_meet(other) else NotImplemented
 
     def __rmul__(self, other: Value) -> Dual:
-        if type(other) is float and type(self.tangent) is not int:
+        if type(other) in PLAIN and type(self.tangent) is not int:
             return Dual(other * self.value, other * self.tangent)
         return _operator(MULTIPLY, other, self) if self._may_meet(other) else NotImplemented
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from symoro_elastic.foundation.scalar import Scalar
-from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate
+from symoro_elastic.symbolic.arithmetic import Arithmetic, evaluate_nodes
 from symoro_elastic.symbolic.expression import Expression, reachable
 from symoro_elastic.symbolic.operations import OPERATIONS, SYMBOL, Value
 
@@ -18,12 +18,13 @@ def gradient(
     Over duals the tangent of a derivative is that of its change along their direction. The derivative of `sign` is
     zero. The values of all nodes are computed first; then each node hands its derivative on to its operands.
     """
-    value = evaluate(roots, symbols, arithmetic)
+    nodes = reachable(roots)
+    value = evaluate_nodes(nodes, symbols, arithmetic)
     found: dict[int, Value] = {}
     for root, weight in zip(roots, weights, strict=True):
         _add(found, root, weight)
     by_symbol = {}
-    for node in reversed(reachable(roots)):
+    for node in reversed(nodes):
         if node.id not in found:
             continue
         weight = found.pop(node.id)

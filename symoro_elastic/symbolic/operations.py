@@ -44,7 +44,7 @@ class Partials(NamedTuple):
     def back(self, weight: Value) -> tuple[Value, ...]:
         """The derivatives by all operands of what has the derivative `weight` by the result."""
         over = weight if self.denominator is None else weight / self.denominator
-        return tuple(partial * over for partial in self.numerators)
+        return tuple(over if partial is ONE else partial * over for partial in self.numerators)
 
 
 PartialsRule: TypeAlias = Callable[[Functions, Value, Sequence[Value]], Partials]

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,18 +69,25 @@ class Filter:
         """Correlation of averages of white noise under whole windows with those 0, 1, 2 ... rows later."""
         return tuple(float(x.sum()) for x in self.shared_weights)
 
-    @property
+    @cached_property
     def shared_weights(self) -> list[Array]:
         """Products of the weights that averages 0, 1, 2 ... rows apart give their common samples; of sum 1 for 0."""
         h = self.weights
         return [h[k:] * h[: len(h) - k] / (h @ h) for k in range(0, len(h), self.step)]
 
-    @property
+    @cached_property
     def weights(self) -> Array:
         """Hann window of sum 1."""
         hann: Array = 1 - np.cos(2 * np.pi * (np.arange(self.window) + 0.5) / self.window)
         weights: Array = hann / hann.sum()
         return weights
+
+    @cached_property
+    def sections(self) -> Array:
+        """Sections of second order of the Butterworth filter."""
+        design = for_identification("scipy.signal").butter
+        sections: Array = design(self.order, self.cutoff, fs=self.sampling, output="sos")
+        return sections
 
     def starts(self, samples: int) -> range:
         """Return the first sample of each average."""
@@ -193,16 +201,16 @@ def smooth(x: Array, chosen: Filter, record: Measurements | None = None) -> Arra
 
 
 def _butterworth(x: Array, chosen: Filter) -> Array:
-    signal = for_identification("scipy.signal")
-    sections = signal.butter(chosen.order, chosen.cutoff, fs=chosen.sampling, output="sos")
-    filtered: Array = signal.sosfiltfilt(sections, x, axis=0, padlen=min(len(x) - 1, 2 * chosen.trim))
+    signal, padded = for_identification("scipy.signal"), min(len(x) - 1, 2 * chosen.trim)
+    filtered: Array = signal.sosfiltfilt(chosen.sections, x, axis=0, padlen=padded)
     return filtered
 
 
 def average(x: AnyArray, chosen: Filter) -> Array:
     """Return averages of x (N, ...) under the window, (rows, ...)."""
     flat = x.reshape(len(x), -1)
-    rows = [chosen.weights @ flat[k : k + chosen.window] for k in chosen.starts(len(x))]
+    weights, window = chosen.weights, chosen.window
+    rows = [weights @ flat[k : k + window] for k in chosen.starts(len(x))]
     return np.array(rows).reshape(len(rows), *x.shape[1:])
 
 

@@ -90,6 +90,7 @@ class EquationsOfMotion:
         self.given, self.points = machine, points
         self.followers = followers(machine)
         self._judged = with_named_cells(machine)
+        self._numbered = with_named_drives(self._judged)
         self.machine = _without_coulomb(self._judged)
         self.joints = self.machine.independent_joints
         self.names = [joint.name for joint in self.joints]
@@ -109,7 +110,7 @@ class EquationsOfMotion:
 
     def _take(self, values: Mapping[str, float]) -> None:
         """Take values: `parameters` are those of the mechanics, `numbers` have those of drives, too."""
-        self.given_values, self.numbers = dict(values), _values(with_named_drives(self._judged), values)
+        self.given_values, self.numbers = dict(values), _values(self._numbered, values)
         self.parameters = {p.name: self.numbers[p.name] for p in self._judged.parameters}
 
     def __reduce__(self) -> tuple[Any, ...]:
