@@ -36,7 +36,7 @@ from symoro_elastic.analysis.identification.friction_laws import (
     refuse_laws,
     without_cogging,
 )
-from symoro_elastic.analysis.identification.mistakes import mistakes_of
+from symoro_elastic.analysis.identification.mistakes import mistakes_of, refuse_wrapped
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
 from symoro_elastic.analysis.identification.outliers import outliers_of, said_of, without
@@ -450,7 +450,10 @@ def _continuous(record: Measurements, chosen: Filter | None, machine: Machine) -
     """Return the pieces of a record without gaps and spikes."""
     if chosen is None:
         return in_pieces(record, chosen)
-    return [without_spikes(piece, chosen, machine) for piece in in_pieces(record, chosen)]
+    pieces = [without_spikes(piece, chosen, machine) for piece in in_pieces(record, chosen)]
+    for piece in pieces:
+        refuse_wrapped(piece, machine)
+    return pieces
 
 
 def _driven(machine: Machine) -> list[int]:

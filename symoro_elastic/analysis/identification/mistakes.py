@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
 
 import numpy as np
@@ -12,14 +12,22 @@ import numpy as np
 from symoro_elastic.analysis.identification.equations import Equations, Sampled
 from symoro_elastic.analysis.identification.estimation import Estimate
 from symoro_elastic.analysis.identification.filtering import smooth
-from symoro_elastic.foundation.array_types import Array
+from symoro_elastic.analysis.time_series.measurements import Measurements
+from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.foundation.packages import for_identification
+from symoro_elastic.machine.machine import Machine
 
 FAR, FITTING, BETTER = 0.015, 0.015, 4.0  # of the torque: residuals that ask for a reason, that need none; times less
-SAMPLES, FEWEST = 400, 50
+SAMPLES, FEWEST, CLEARLY = 400, 50, 0.7
 GAINS = (1e-3, 1e-2, 1.0, 1e2, 1e3)  # near which the gain of a motor is sought
 DEGREE, MINUTE = np.pi / 180, 60.0
 ALIKE, UNIT = 0.9, 5.0  # correlation of torques with those by the file, and factor between them that is named
 SIGN = 4.0  # standard deviations below zero
+ROUNDS, NEGATIVE, SMALL = 15, 0.01, 0.1  # fits that tell signs; of the largest torque: below zero, near it
+ITS_OWN, NEAR_TURN = 0.02, 0.5  # share by which a torque is a motion; rad about a turn
+ZEROS, TURNS = tuple(np.linspace(-2.75, 3.14, 12)), 4 * np.pi  # rad; range of a position that joints hardly have
+RATIOS = tuple(np.linspace(np.log(4), np.log(400), 60))  # logarithms of ratios of gears
 ONE_SIGN = ("M", "IA", "FV", "FS")
 
 
@@ -37,6 +45,10 @@ class _Log:
         scale = np.ones(self.q.shape[1])
         scale[joint] = factor
         return replace(self, q=self.q * scale, qd=self.qd * scale, qdd=self.qdd * scale)
+
+    def moved(self, joint: int, by: float) -> _Log:
+        """Return the log with another zero of a joint."""
+        return replace(self, q=self.q + by * (np.arange(self.q.shape[1]) == joint))
 
     def exchanged(self, order: Sequence[int]) -> _Log:
         """Return the log with positions in another order."""
@@ -60,6 +72,30 @@ class _Trial:
 
     def left(self, gains: Array | float = 1.0) -> float:
         """Return what least squares leaves of torques times gains, of their mean square, joints alike; from 0 to 1."""
+        return self._solved(gains)[0]
+
+    def absolute(self, motors: BoolArray) -> float:
+        """Return what is left if torques of motors have lost their signs, which are first those of the file, then those
+        of the fit; far from zero, where smooth absolute values are those of smooth torques."""
+        Y, values = self.equations.Y, np.array([column.value for column in self.equations.Y.columns])
+        size = np.abs(self.log.tau)
+        far = (size > SMALL * size.max(axis=0))[:, motors].all(axis=1)
+        log = _Log(*(each[far] for each in (self.log.q, self.log.qd, self.log.qdd, self.log.tau)))
+        if np.isfinite(values).all():
+            predicted = Y.torques(log.q, log.qd, log.qdd, range(len(values)), values) + Y.loads(log.q)
+        else:
+            predicted = log.qd
+        left = 1.0
+        for _ in range(ROUNDS if far.sum() > FEWEST else 0):
+            own = np.einsum("snm,sn->sm", self._rows[1][far], predicted)
+            tau = np.where(motors & (own < 0), -np.abs(log.tau), log.tau)
+            before, (left, predicted) = left, _Trial(self.equations, replace(log, tau=tau))._solved(1.0)
+            if left >= before:
+                break
+        return left
+
+    def _solved(self, gains: Array | float) -> tuple[float, Array]:
+        """Return what least squares leaves, and the torques that it predicts, (S, n)."""
         columns, of_motors = self._rows
         given = self.equations.given((self.log.q, self.log.qd, self.log.qdd))
         tau = np.einsum("snm,sm->sn", of_motors, self.log.tau * gains) - given
@@ -71,7 +107,7 @@ class _Trial:
         )
         x = np.linalg.lstsq(A, (tau / np.where(used, size, np.inf)).ravel(), rcond=1e-8)[0]
         rest = (tau / np.where(used, size, np.inf)).ravel() - A @ x
-        return float(np.sqrt((rest**2).sum() / max((b**2).sum(), 1e-300)))
+        return float(np.sqrt((rest**2).sum() / max((b**2).sum(), 1e-300))), columns @ x + given
 
     def gain(self, motor: int, near: float) -> float:
         """Return by what factor torques of one motor are as the others ask, rows weighted by one near it."""
@@ -89,15 +125,17 @@ class _Trial:
 def mistakes_of(equations: Equations, records: Sequence[Sampled], estimates: Sequence[Estimate]) -> list[str]:
     """Return lines on mistakes of columns that explain what this machine cannot do; none where torques fit."""
     longest = max(records, key=lambda x: len(x.motion.t))
-    dead, log = _dead(equations, longest), _log_of(longest)
-    said = dead or _other_sign(estimates)
-    if log is None or dead:
+    log = _log_of(longest)
+    seen = [*_dead(equations, longest), *(_motions(equations, log) if log else ())]
+    said = seen or _other_sign(estimates)
+    if log is None or seen:
         return said
     trial = _Trial(equations, log)
     before = trial.left()
     if before <= FAR or equations.machine.dependent:
         return said
-    after, line = min(_tried(trial), default=(before, ""))
+    plain, sought = (min(tried(trial), default=(before, "")) for tried in (_tried, _sought))
+    after, line = sought if sought[0] < CLEARLY * plain[0] else plain
     if after * max(BETTER, before / FITTING) >= before:
         return said
     return [f"{line}: residuals {100 * after:.3g} % of the torque then, {100 * before:.3g} % as it is"]
@@ -139,6 +177,77 @@ def _tried(trial: _Trial) -> Iterator[tuple[float, str]]:
         for factor in {trial.gain(m, near) for near in GAINS} - {0.0}:
             gains = np.where(np.arange(len(motors)) == m, factor, 1.0)
             yield trial.left(gains), f"{name}: give --gain {joint.name}={factor:.3g}"
+
+
+def _sought(trial: _Trial) -> Iterator[tuple[float, str]]:
+    """Return what mistakes with a number that is sought leave: signs that are lost, zeros, ratios of gears."""
+    equations, log, named = trial.equations, trial.log, trial.equations.machine.motor_joints
+    positive = log.tau.min(axis=0) > -NEGATIVE * log.tau.max(axis=0)
+    if positive.any():
+        which = ", ".join(f"tau_{joint.name}" for joint, one in zip(named, positive, strict=True) if one)
+        yield trial.absolute(positive), f"{which}: absolute values, whose signs are lost: record them with signs"
+    for k, joint in enumerate(equations.machine.independent_joints):
+        if joint.sigma == 1:
+            continue
+        after, by = _least(partial(_at_zero, trial, k), ZEROS)
+        yield after, f"the zero of q_{joint.name} is off: add {by:.3g} rad to it"
+        if np.ptp(log.q[:, k]) < TURNS:
+            continue
+        for sign in (1.0, -1.0):
+            yield from (_of_motor(trial, k, sign, both) for both in (False, True))
+
+
+def _at_zero(trial: _Trial, k: int, by: float) -> float:
+    """Return what is left with another zero of a joint."""
+    return _Trial(trial.equations, trial.log.moved(k, by)).left()
+
+
+def _of_motor(trial: _Trial, k: int, sign: float, both: bool) -> tuple[float, str]:
+    """Return what is left if the position of a joint, perhaps its torque, too, is that of the motor before a gear."""
+    machine, name = trial.equations.machine, trial.equations.machine.independent_joints[k].name
+    own = np.array([entry == k for entry in machine.motor_entries])
+
+    def left(log_ratio: float) -> float:
+        n = sign * np.exp(log_ratio)
+        turned = _Trial(trial.equations, trial.log.turned(k, 1 / n))
+        return turned.left(np.where(own, n, 1.0) if both else 1.0)
+
+    after, log_ratio = _least(left, RATIOS)
+    which = f"q_{name} and tau_{name} are" if both else f"q_{name} is"
+    return after, f"{which} of the motor, not the joint, with a ratio of about {sign * np.exp(log_ratio):.4g}"
+
+
+def _least(left: Callable[[float], float], near: Sequence[float]) -> tuple[float, float]:
+    """Return the least of a function and where it is, sought near the best of some places."""
+    best = min(near, key=left)
+    optimize, width = for_identification("scipy.optimize"), near[1] - near[0]
+    found = optimize.minimize_scalar(
+        left, bounds=(best - width, best + width), method="bounded", options={"maxiter": 25}
+    )
+    return float(found.fun), float(found.x)
+
+
+def _motions(equations: Equations, log: _Log) -> list[str]:
+    """Return lines on torques that are positions, velocities or accelerations of their joint."""
+    found = []
+    for m, k in enumerate(equations.machine.motor_entries):
+        tau, name = log.tau[:, m], equations.machine.independent_joints[k].name
+        for what, x in (("position", log.q), ("velocity", log.qd), ("acceleration", log.qdd)):
+            A = np.column_stack([x[:, k], np.ones(len(x))])
+            slope, offset = np.linalg.lstsq(A, tau, rcond=None)[0]
+            unit = any(abs(slope / one - 1) < ITS_OWN for one in (1.0, -1.0, 1 / DEGREE))
+            if unit and np.linalg.norm(tau - A @ [slope, offset]) < ITS_OWN * np.linalg.norm(tau - tau.mean()):
+                found.append(f"tau_{name} is the {what} of {name}: give the column of its torque")
+    return found
+
+
+def refuse_wrapped(record: Measurements, machine: Machine) -> None:
+    """Raise `InputError` for angles that jump by a turn from one sample to the next."""
+    for k, joint in enumerate(machine.independent_joints):
+        count = int((np.abs(np.abs(np.diff(record.q[:, k])) - 2 * np.pi) < NEAR_TURN).sum())
+        if count and joint.sigma == 0:
+            what = f"jumps by a turn {count} times, as angles that wrap do: unwrap it (numpy.unwrap)"
+            raise InputError(record.source, f"q_{joint.name}", what)
 
 
 def _dead(equations: Equations, sampled: Sampled) -> list[str]:

@@ -5,6 +5,7 @@ Truth is that of the simulation; the benchmark `tests.benchmarks.logs` has the s
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -27,6 +28,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.numerics.implementations import numpy_model
 from tests.benchmarks.logs import CASES, RATE, Case, Draw, arm, deviations, table, truth_of
+from tests.benchmarks.sensors import Sensing, three_axis
 
 Change = Callable[[Measurements], Measurements]
 
@@ -346,6 +348,13 @@ def one(k: int, factor: float) -> Array:
         (replaced("tau", lambda x: -x), "all torques have the opposite sign"),
         (replaced("tau", lambda x: x / 100), "all values are 0.01 of those of the file"),
         (replaced("t", lambda t: t / 60), "t is in minutes"),
+        (replaced("q", lambda q: q * one(0, 81.0)), "q_lift is of the motor, not the joint, with a ratio of about 8"),
+        (
+            lambda x: replace(x, q=x.q * one(1, -50.0), tau=x.tau / one(1, -50.0)),
+            "q_elbow and tau_elbow are of the motor, not the joint, with a ratio of about -49",
+        ),
+        (lambda x: replace(x, tau=np.gradient(x.q, x.t, axis=0)), "is the velocity of"),
+        (replaced("tau", np.abs), "tau_lift, tau_elbow: absolute values, whose signs are lost"),
     ],
 )
 def test_mistakes_of_columns_are_named(change: Change, said: str) -> None:
@@ -358,6 +367,27 @@ def test_mistakes_of_columns_are_named(change: Change, said: str) -> None:
         "does not change",
         "all values are",
         "minutes",
+        "of the motor, not",
+        "the zero of",
+        "is the velocity",
+        "absolute values",
     )
     lines = [note for note in found.notes if any(word in note for word in words)]
-    assert [said in line for line in lines] == ([True] if said else [])
+    assert (lines and all(said in line for line in lines)) if said else not lines
+
+
+def test_angles_that_wrap_are_refused() -> None:
+    wrapped = replaced("q", lambda q: np.mod(q, 2 * np.pi))(Draw(3).record())
+    with pytest.raises(InputError, match=r"q_lift: jumps by a turn .* unwrap it"):
+        identify(arm(), wrapped, Y=columns_of_arm())
+
+
+@pytest.mark.thorough
+def test_a_zero_of_an_encoder_is_named() -> None:
+    """A quarter turn of the second of three axes; that of the last joint of an arm its own first moments take up."""
+    axes = three_axis()
+    record = axes.record(Sensing(), 12)
+    off = taken(replace(record, q=record.q - [0, np.pi / 2, 0]), np.arange(len(record.t)) % 2 == 0)
+    (line,) = [note for note in identify(axes.machine, off).notes if "the zero of" in note]
+    added = re.search(r"the zero of q_lift is off: add (\S+) rad to it", line)
+    assert added and abs(float(added[1]) - np.pi / 2) < 0.1
