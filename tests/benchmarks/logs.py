@@ -151,10 +151,10 @@ def _touched(seed: int) -> Measurements:
     return draw.record(more)
 
 
-def _spiked(seed: int) -> Measurements:
+def _spiked(seed: int, size: float = 10 * NOISE) -> Measurements:
     draw = Draw(seed)
     hit = draw.rng.uniform(size=(len(draw.t), 2)) < 0.01
-    return draw.record(np.where(hit, 10 * NOISE * np.sign(draw.rng.standard_normal(hit.shape)), 0.0))
+    return draw.record(np.where(hit, size * np.sign(draw.rng.standard_normal(hit.shape)), 0.0))
 
 
 def _loaded(seed: int) -> Measurements:
@@ -243,6 +243,7 @@ CASES = {
     "stamps scatter by 30 %": Case(_stamps),
     "2 % NaN": Case(_damaged),
     "1 % spikes of 10 std": Case(_spiked),
+    "1 % spikes of 10 torques": Case(lambda seed: _spiked(seed, 10 * float(np.ptp(Draw(seed).record().tau)))),
     "contacts": Case(_touched),
     "contacts, robust": Case(_touched, {"robust": True}),
     "plain, robust": Case(asked={"robust": True}),
