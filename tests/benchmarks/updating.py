@@ -337,7 +337,7 @@ def next_trial(case: Case, exact: Sequence[Any], seed: int) -> list[tuple[float,
     before, rows = se.update(tables, tests=tests), []
     candidates = before.next_tests(20)
 
-    labels = {one.unknown.label for one in before.estimates} & {*truth}
+    labels = {one.unknown.label for one in before.estimates if one.verdict is not Verdict.NOT} & {*truth}
 
     def sums(found: Any) -> tuple[float, float]:
         known = [one for one in found.estimates if one.unknown.label in labels]

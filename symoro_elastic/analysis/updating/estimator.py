@@ -157,8 +157,8 @@ class Minimum:
                 d = share * along[k]
                 if d <= CLEAR * std[k]:
                     continue
-                rise = min(misfit.cost_at(x + way * share * along, c) for way in (1, -1)) - least
-                if rise > min(SAME, (d / std[k]) ** 2 / 8):
+                most = least + min(SAME, (d / std[k]) ** 2 / 8)
+                if min(misfit.cost_at(x + way * share * along, c, most) for way in (1, -1)) > most:
                     break
                 wide[k] = d / std[k]
         return replace(fit, covariance=fit.covariance * np.outer(wide, wide))

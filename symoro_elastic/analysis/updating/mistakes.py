@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from symoro_elastic.analysis.updating.doubts import scaled_pairs
 from symoro_elastic.analysis.updating.estimator import Estimator, is_far
 from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest
 from symoro_elastic.analysis.updating.misfit import Fit, Lines
@@ -39,8 +40,22 @@ ALL: dict[str, Undone] = {
 }
 """How a response may be written, and how that is undone."""
 RADIANS = "over frequencies in rad/s, not in Hz"
+FAR_OFF, VANISHED = math.log(300.0), math.log(3e6)
+"""Logarithms of factors: above the first no fit is tried, by the second a response is zero."""
 APART, NEARER, LEFT = 10.0, 0.8, 0.2
 """Mean square of a pair over the median of the others; shares of a distance that a mistake leaves, first and fitted."""
+
+
+def refuse_far(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> None:
+    """Raise `InputError` for pairs whose size is none that springs near those of the start can have."""
+    for line, factor in scaled_pairs(lines, predicted):
+        if abs(math.log(factor)) < FAR_OFF:
+            continue
+        logs = np.log(predicted[line.test].responses[line.place].G[line.counted] / line.H)
+        what = f"is {factor:.3g} times the model over its whole band{_named(line, logs)}"
+        if math.log(factor) < -VANISHED and not _named(line, logs):
+            what = "hardly moves, and its model does: another axis, body or input is measured, or nothing"
+        raise InputError(tests[line.test].name, f"{line.measured.output}/{line.measured.input}", what)
 
 
 def refuse_mistakes(estimator: Estimator, tests: Sequence[VibrationTest], fit: Fit) -> None:
@@ -48,6 +63,13 @@ def refuse_mistakes(estimator: Estimator, tests: Sequence[VibrationTest], fit: F
 
     Tried are those that bring responses nearer to the start.
     """
+    for line in estimator.lines:
+        H = line.H
+        if not H.imag.any() and ((H.real > 0).all() or (H.real < 0).all()):
+            what = (
+                "has no imaginary part in any line, and the model does not explain it: head magnitudes mag, with phase"
+            )
+            raise InputError(tests[line.test].name, f"{line.measured.output}/{line.measured.input}", what)
     if any(test.modes for test in tests):
         return
     for what, others in _undone(tests).items():
@@ -100,15 +122,21 @@ def of_pairs(tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predi
     return found
 
 
-def _why(line: Lines, logs: Array) -> str:
+def _why(line: Lines, logs: ComplexArray) -> str:
     """Return the mistake that brings a pair near the model, or what to look at."""
+    times = float(np.median(np.exp(-logs.real)))
+    return (
+        _named(line, logs)
+        or f", and is {times:.3g} times the model in the median: check its columns, unit, place and direction"
+    )
+
+
+def _named(line: Lines, logs: ComplexArray) -> str:
+    """Return the mistake that brings a pair near the model, nothing if none does."""
     G, s = line.H * np.exp(logs), _s(line.f)
     left = {what: float(np.median(np.abs(np.log(G / of(line.H, s))))) for what, of in ALL.items()}
     best = min(left, key=left.__getitem__)
-    if left[best] < LEFT * float(np.median(np.abs(logs))):
-        return f": it is written {best}"
-    times = float(np.median(np.abs(line.H / G)))
-    return f", and is {times:.3g} times the model in the median: check its columns, unit, place and direction"
+    return f": it is written {best}" if left[best] < LEFT * float(np.median(np.abs(logs))) else ""
 
 
 def _each(tests: Sequence[VibrationTest], of: Callable[[MeasuredResponse], MeasuredResponse]) -> list[VibrationTest]:

@@ -26,7 +26,7 @@ MOST_PLACES = 9
 LINES = 100
 """Of a candidate; its information counts as that of as many lines as tests have."""
 LEAST_FALL = 0.01
-"""Of the sum of variances: a test that lowers it less is none."""
+"""Of the sum of variances: a test that lowers it less is none; of one variance: less tells nothing."""
 FLOOR = 0.01
 """Of the median of a response: noise where it is small, as in the tests so far."""
 
@@ -50,15 +50,18 @@ class Candidate:
 
 
 def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count: int = 5) -> list[Candidate]:
-    """Return the best candidates, the best one first."""
+    """Return the best candidates, the best one first; what no candidate tells does not count."""
     sought = predictions.sought
     kept = [k for k, one in enumerate(sought.unknowns) if not one.is_nuisance]
     before = np.diag(fit.covariance)[kept]
     present = fit.information + np.diag(sought.prior)
-    noise = float(np.median(np.concatenate([line.sd / np.abs(line.H) for line in lines]))) if lines else FLOOR
+    shares = [line.sd / np.hypot(np.abs(line.H), np.median(np.abs(line.H))) for line in lines]
+    noise = float(np.median(np.concatenate(shares))) if lines else FLOOR
     candidates = _candidates(predictions, lines)
     asked = Predictions(sought, candidates)
-    x, found = fit.x, []
+    x = fit.x
+    each: list[tuple[VibrationTest, Array]] = []
+    found: list[Candidate] = []
     per = np.median([line.counted.sum() for line in lines]) / LINES if lines else 1.0
     for test in candidates:
         try:
@@ -66,9 +69,12 @@ def next_tests(predictions: Predictions, lines: Sequence[Lines], fit: Fit, count
         except (InputError, np.linalg.LinAlgError):
             continue
         after = np.diag(np.linalg.inv(present + information))[kept]
+        each.append((test, after))
+    told = before > np.min([after for _, after in each], axis=0) / (1 - LEAST_FALL) if each else before > 0
+    for test, after in each if told.any() else ():
         order = np.argsort(after - before)[:3]
         tells = tuple(sought.labels[kept[k]] for k in order if after[k] < 0.7 * before[k])
-        found.append(Candidate(test, float(1 - after.sum() / before.sum()), tells))
+        found.append(Candidate(test, float(1 - after[told].sum() / before[told].sum()), tells))
     best: dict[object, Candidate] = {}
     for one in sorted(found, key=lambda one: -one.fall):
         best.setdefault((one.test.responses[0].input, *_setting(one.test)), one)

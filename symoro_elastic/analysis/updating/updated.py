@@ -161,7 +161,7 @@ def update(
     if zero and not lines and not any(test.modes for test in fitted):
         pairs = ", ".join(f"{one.output}/{one.input}" for test in fitted for one in test.responses)
         raise InputError(machine.label, "tests", f"{pairs}: zero in the model, so nothing is left to fit")
-    doubts.refuse_far(fitted, lines, predictions.at(sought.start, slopes=False))
+    mistakes.refuse_far(fitted, lines, predictions.at(sought.start, slopes=False))
     step("fit")
     estimator = Estimator(predictions, lines, settings.robust)
     fit = estimator.fit(partial(_refuse_wrong, estimator, fitted))
@@ -171,9 +171,8 @@ def update(
         doubts.refuse_opposite(fitted, fit.lines, after)
     lines_about = [*notes, *sought.notes, *_doubts(given, zero, fit, after), *predictions.doubts_at(fit.x)]
     lines_about += doubts.of_windows(given, fit, sought.labels)
-    unseen = tuple(test for test in tests if test.validate)
     seen = {a.window: b.window for a, b in zip(given, fitted, strict=True)}
-    unseen = tuple(replace(test, window=seen.get(test.window, test.window)) for test in unseen)
+    unseen = tuple(replace(test, window=seen.get(test.window, test.window)) for test in tests if test.validate)
     bands = doubts.lacking(fit.lines, fit)
     return Updated(
         machine, sought, fitted, unseen, settings, fit,

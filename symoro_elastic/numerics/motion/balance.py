@@ -12,6 +12,7 @@ from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion
 
 RESIDUAL = 1e-10  # of the largest force
 NEWTON_STEPS = 5
+QUICK = 0.1  # of the forces, that a Newton step near an equilibrium leaves at most
 MOST_STEPS = 200
 DIRECT_STEPS = 50  # Levenberg-Marquardt near an equilibrium takes fewer; on long soft chains it may creep for 1000
 POSITION_ROUNDING = 10 * float(np.finfo(float).eps)  # of a position, of order 1 rad or 1 m
@@ -108,7 +109,10 @@ def _energy_minimum(motion: EquationsOfMotion, start: Array, tau: Array, sought:
 
 
 def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int], most_steps: int | None = None) -> Array:
-    """Return a root of r - tau: Levenberg-Marquardt, which allows singular directions, then Newton steps."""
+    """Return a root of r - tau: by Newton steps where they are quick, else Levenberg-Marquardt and Newton steps.
+
+    Both allow singular directions.
+    """
     if not sought:
         return q
     chosen = np.ix_(sought, sought)
@@ -119,15 +123,23 @@ def _newton(motion: EquationsOfMotion, q: Array, tau: Array, sought: list[int], 
         forces, stiffness = motion.forces_and_stiffness(trial)
         return (forces - tau)[sought], stiffness[chosen]
 
-    options = {"xtol": 1e-12, "maxiter": most_steps or 0}  # 0: 100 (n + 1)
-    x = for_vibrations("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options=options).x
-    unbalanced, stiffness = balance(x)
-    for _ in range(NEWTON_STEPS):
-        better = x - np.linalg.lstsq(stiffness, unbalanced, rcond=None)[0]
-        next_unbalanced, next_stiffness = balance(better)
-        if not np.linalg.norm(next_unbalanced) < np.linalg.norm(unbalanced):
-            break
-        x, unbalanced, stiffness = better, next_unbalanced, next_stiffness
+    def stepped(x: Array, least: float) -> tuple[Array, bool]:
+        """Return where Newton steps end that leave less than a share each, and whether next to nothing is left."""
+        unbalanced, stiffness = balance(x)
+        first = np.linalg.norm(unbalanced)
+        for _ in range(NEWTON_STEPS):
+            better = x - np.linalg.lstsq(stiffness, unbalanced, rcond=None)[0]
+            next_unbalanced, next_stiffness = balance(better)
+            if not np.linalg.norm(next_unbalanced) < least * np.linalg.norm(unbalanced):
+                break
+            x, unbalanced, stiffness = better, next_unbalanced, next_stiffness
+        return x, bool(np.linalg.norm(unbalanced) <= RESIDUAL * first)
+
+    x, is_found = stepped(q[sought], QUICK)
+    if not is_found:
+        options = {"xtol": 1e-12, "maxiter": most_steps or 0}  # 0: 100 (n + 1)
+        x = for_vibrations("scipy.optimize").root(balance, q[sought], jac=True, method="lm", options=options).x
+        x = stepped(x, 1.0)[0]
     solved: Array = q.copy()
     solved[sought] = x
     return solved

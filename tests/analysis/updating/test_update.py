@@ -176,7 +176,7 @@ def test_a_wrong_unit_is_named() -> None:
         se.InputError, match=r"bed_lift.az/tool.f.: is 9.* times smaller than the model .*: its unit is w"
     ):
         se.update(start(), changed(hammer(), "bed_lift.az", 1 / 9.80665))
-    with pytest.raises(se.InputError, match=r"times smaller than the model .*: its unit is wrong, mm instead of m"):
+    with pytest.raises(se.InputError, match=r"is 0.0.* times the model .*: it is written in m, not in mm"):
         se.update(start(), changed(hammer(), "bed_lift.az", 1e-3))
 
 
