@@ -151,7 +151,7 @@ def _touched(seed: int) -> Measurements:
     return draw.record(more)
 
 
-def _spiked(seed: int, size: float = 10 * NOISE) -> Measurements:
+def _spiked(seed: int, size: float | Array = 10 * NOISE) -> Measurements:
     draw = Draw(seed)
     hit = draw.rng.uniform(size=(len(draw.t), 2)) < 0.01
     return draw.record(np.where(hit, size * np.sign(draw.rng.standard_normal(hit.shape)), 0.0))

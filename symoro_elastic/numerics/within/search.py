@@ -60,6 +60,7 @@ class Search:
         self._sweep = Sweep(tape, len(tape.results), states)
         tape.fill(self._rows, tape.steps(), sample.states)
         self._exact = tape.values(self._rows)
+        self._unacceptable: set[Change] = set()
         self._computed: list[Change] = []
         self._errors = np.zeros(self._exact.shape)
         self._denominators = sorted({tape.operands[k][1] for k, x in enumerate(tape.operations) if x == DIVIDE})
@@ -122,18 +123,24 @@ class Search:
         return True
 
     def _filled(self, begun: _Begun, refused: Collection[Change], limit: float) -> list[Change]:
-        """Return what a pass takes: candidates in order while the sum of errors and effects is within the limit."""
+        """Return what a pass takes: candidates in order while the sum of errors and effects is within the limit.
+
+        What is not accepted is not tried again: more changes would hardly make it so.
+        """
         total, top, live = begun.errors, largest(begun.errors), begun.live
         found: list[Change] = []
-        for change, size in begun.ordered(refused, limit + top):
+        for change, size in begun.ordered({*refused, *self._unacceptable}, limit + top):
             if size > limit + top or not live.is_possible(change) or live.saved_by(change) <= 0:
                 continue
             trial = total + begun.effects.of(change)
-            reached = largest(trial)
-            if reached <= limit and self._accepts([*begun.taken, *found, change]):
+            if not (reached := largest(trial)) <= limit:
+                continue
+            if self._accepts([*begun.taken, *found, change]):
                 total, top = trial, reached
                 live.apply(change)
                 found.append(change)
+            else:
+                self._unacceptable.add(change)
         return found
 
 
