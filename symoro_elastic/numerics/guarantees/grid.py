@@ -81,9 +81,6 @@ class _Values(Search):
         self.coefficients = self._arranged(found.coefficients / self.scale)
         grids = [self._grids(ratio) for ratio in RATIOS]
         self.grids = [one for k, one in enumerate(grids) if k == 0 or math.prod(map(len, one)) <= MOST_POINTS]
-        self.bases = [
-            [self._basis(j, x).astype(np.float32) for j, x in zip(self.gridded, one, strict=True)] for one in self.grids
-        ]
         pairs = [zip(self.gridded, one, strict=True) for one in self.grids]
         self.bases = [[self._basis(j, phi).astype(np.float32) for j, phi in one] for one in pairs]
         self.place: tuple[tuple[float, ...], int, int] = ((), 0, 0)
