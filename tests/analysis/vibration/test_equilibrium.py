@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from symoro_elastic.analysis.vibration.linearization import linearize
 from symoro_elastic.analysis.vibration.modes import modes
+from symoro_elastic.formats import read_machine
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Base, Body, Joint, Kind, Machine
 from symoro_elastic.numerics.motion.equations_of_motion import EquationsOfMotion, State
@@ -17,6 +20,7 @@ from tests.references.random_machines import chain, random_machine
 from tests.references.small_motions import as_floats, differences
 
 pytestmark = pytest.mark.sampled(4)
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 def pendulum(up: float = 0.0) -> Machine:
@@ -82,6 +86,20 @@ def test_torques_given_instead_of_positions() -> None:
     held = equilibrium(EquationsOfMotion(machine), {"motor": 0.2})
     np.testing.assert_allclose(held.tau, [0.0, 30.0], atol=1e-13)
     assert held.residual < 1e-13
+
+
+def test_a_torque_that_holds_a_load_leaves_it_where_it_is() -> None:
+    """A free motor that no spring holds: its weight tilts springs, so that its own stiffness is nearly zero."""
+    motion = EquationsOfMotion(read_machine(EXAMPLES / "two_axis.toml")[0])
+    held = equilibrium(motion)
+    free = equilibrium(motion, {}, {"motor_y": float(held.tau[motion.index("motor_y", "")])})
+    np.testing.assert_allclose(free.q, held.q, atol=1e-9)
+
+
+def test_an_equilibrium_out_of_reach_is_refused() -> None:
+    machine = machine_of("soft", slide("hanger", 0, Kind.ELASTIC, 3, spring=spring(0.1)), base=WEIGHT)
+    with pytest.raises(InputError, match=r"there is none nearby: hanger = -294\.3 m would balance; give a spring"):
+        equilibrium(EquationsOfMotion(machine))
 
 
 def unsupported(kind: Kind, base: Base = WEIGHT) -> Machine:
