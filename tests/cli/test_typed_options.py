@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -34,7 +35,7 @@ PROGRAMS = {"--compiler", "--compiler-flags", "--scheduler"}
 
 @pytest.fixture(autouse=True)
 def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = [f"{k / 100},{k % 7},{k % 5},{k % 3},{k % 2}" for k in range(200)]
+    rows = [f"{k / 100},{math.sin(k / 9)},{math.sin(k / 7)},{k % 3},{k % 2}" for k in range(200)]
     (tmp_path / "data.csv").write_text("\n".join(["t,q_shoulder,q_elbow,tau_shoulder,tau_elbow", *rows]))
     (tmp_path / "tests.toml").write_text('[[tests]]\nfile = "hammer.csv"\n')
     rows = [f"{k},{k % 7},{k % 5}" for k in range(1, 20)]

@@ -25,7 +25,8 @@ DEGREE, MINUTE = np.pi / 180, 60.0
 ALIKE, UNIT = 0.9, 5.0  # correlation of torques with those by the file, and factor between them that is named
 SIGN = 4.0  # standard deviations below zero
 ROUNDS, NEGATIVE, SMALL = 15, 0.01, 0.1  # fits that tell signs; of the largest torque: below zero, near it
-ITS_OWN, NEAR_TURN = 0.02, 0.5  # share by which a torque is a motion; rad about a turn
+ITS_OWN = 0.02  # share by which a torque is a motion
+NEAR_TURN, MOST_JUMPS, LATE = 0.5, 0.9, 1.5  # rad about a turn; share of jumps that are turns; of a usual step of time
 ZEROS, TURNS = tuple(np.linspace(-2.75, 3.14, 12)), 4 * np.pi  # rad; range of a position that joints hardly have
 RATIOS = tuple(np.linspace(np.log(4), np.log(400), 60))  # logarithms of ratios of gears
 ONE_SIGN = ("M", "IA", "FV", "FS")
@@ -242,10 +243,13 @@ def _motions(equations: Equations, log: _Log) -> list[str]:
 
 
 def refuse_wrapped(record: Measurements, machine: Machine) -> None:
-    """Raise `InputError` for angles that jump by a turn from one sample to the next."""
+    """Raise `InputError` for angles whose jumps from one sample to the next are turns."""
+    steps = np.diff(record.t)
+    usual = steps < LATE * np.median(steps)
     for k, joint in enumerate(machine.independent_joints):
-        count = int((np.abs(np.abs(np.diff(record.q[:, k])) - 2 * np.pi) < NEAR_TURN).sum())
-        if count and joint.sigma == 0:
+        size = np.abs(np.diff(record.q[:, k]))[usual]
+        count = int((np.abs(size - 2 * np.pi) < NEAR_TURN).sum())
+        if joint.sigma == 0 and count > MOST_JUMPS * (size > np.pi).sum():
             what = f"jumps by a turn {count} times, as angles that wrap do: unwrap it (numpy.unwrap)"
             raise InputError(record.source, f"q_{joint.name}", what)
 

@@ -218,23 +218,23 @@ def test_a_mistake_in_all_responses_is_named(what: str) -> None:
         se.update(start(), tests)
 
 
-@pytest.mark.thorough
-@pytest.mark.thorough
 def test_exchanged_axes_are_named() -> None:
-    """Of an arm, each axis of which moves; where one does not by symmetry, that is said."""
     names = {"tool.ax": "tool.ay", "tool.ay": "tool.ax"}
-    for tables, tests, said in (
-        (start(), hammer(), "tool.ax/tool.fx: hardly moves, and its model does"),
-        (
-            CASES["milling arm"].tables,
-            updating.measured(CASES["milling arm"], exact("milling arm"), np.random.default_rng(1)),
-            "are written with tool.ax and tool.ay exchanged: only so does the model explain them",
-        ),
-    ):
-        wrong = [replace(one, output=names.get(one.output, one.output)) for one in tests[0].responses]
-        with pytest.raises(se.InputError) as error:
-            se.update(tables, [replace(tests[0], responses=tuple(wrong))])
-        assert said in str(error.value)
+    arm = CASES["milling arm"]
+    (test,) = updating.measured(arm, exact("milling arm"), np.random.default_rng(1))
+    wrong = [replace(one, output=names.get(one.output, one.output)) for one in test.responses]
+    with pytest.raises(se.InputError) as error:
+        se.update(arm.tables, [replace(test, responses=tuple(wrong))])
+    said = "are written with tool.ay and tool.ax exchanged: only so does the model explain them"
+    assert said in str(error.value)
+
+
+def test_a_sensor_that_does_not_move_is_named() -> None:
+    """As one along another axis of a machine that is symmetric."""
+    test, *_ = hammer()
+    still = replace(test.responses[0], H=1e-9 * test.responses[0].H)
+    with pytest.raises(se.InputError, match=r"tool\.ax/tool\.fx: hardly moves, and its model does"):
+        se.update(start(), [replace(test, responses=(still, *test.responses[1:]))])
 
 
 @pytest.mark.parametrize("what", list(WRITTEN)[:2])
