@@ -30,7 +30,7 @@ from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.formula import Formula
 from symoro_elastic.machine.labels import ParameterLabels
-from symoro_elastic.machine.machine import Friction, Kind, Machine, Spring
+from symoro_elastic.machine.machine import Body, Friction, Kind, Machine, Spring
 from symoro_elastic.numerics.implementations import numpy_model
 from tests.benchmarks.identification import with_friction
 from tests.benchmarks.machines import Row, built
@@ -53,7 +53,7 @@ def arm() -> Machine:
 
 @cache
 def _y(name: str) -> ByLinearity:
-    return regressor(arm() if name == arm().name else elastic())
+    return regressor(next(one() for one in (arm, elastic, wrist) if one().name == name))
 
 
 @cache
@@ -203,6 +203,31 @@ def _shaken(seed: int, step: float = STEP / 8) -> Measurements:
     return measure(true, Sensors(np.array([STEP, step]), np.full(2, FINE), NOISE[:1]), seed)
 
 
+@cache
+def wrist() -> Machine:
+    """Return the arm whose second motor turns by the sum of both joints, with friction of motor and joint."""
+    lift, elbow = arm().joints
+    drive = replace(lift, name="drive", variable="qm", body=Body(), friction=elbow.friction)
+    motor = replace(drive, rotor_inertia=elbow.reflected_inertia, ratio=Formula.parse(0))
+    driven = replace(elbow, kind=Kind.COUPLED, variable=None, rotor_inertia=Formula.parse(0), ratio=Formula.parse(0))
+    law = Friction(*map(Formula.parse, (0.5, 0.4)))
+    driven = replace(driven, theta=Formula.parse(f"qm - {lift.variable}"), friction=law)
+    return replace(arm(), name="wrist_arm", joints=(lift, motor, driven))
+
+
+def _coupled(seed: int) -> Measurements:
+    """Return a log of the wrist: positions and torques of its motors."""
+    draw = Draw(seed)
+    return draw.record(tau=_of_wrist()(*draw.exact))
+
+
+@cache
+def _of_wrist() -> Callable[..., Array]:
+    """Return the torques of a motion of the wrist."""
+    model = numpy_model(wrist(), ("inverse_dynamics",))
+    return lambda *motion: np.array(model.inverse_dynamics(*motion)[0])
+
+
 @dataclass(frozen=True)
 class Case:
     """A log of a run, what is asked of `identify`, and true values of what is no parameter of the file."""
@@ -267,12 +292,15 @@ CASES = {
     "springs, 17 bits": Case(lambda seed: _shaken(seed, STEP), machine=elastic),
     "springs, possible": Case(_shaken, {"trust": math.inf}, wrong_file=True, machine=elastic),
     "springs, possible, trust 0.3": Case(_shaken, {"trust": WRONG}, wrong_file=True, machine=elastic),
+    "coupled wrist": Case(_coupled, machine=wrist),
 }
+OF_MACHINES = {arm().name: "plain", elastic().name: "springs", wrist().name: "coupled wrist"}
+"""Logs whose file is right, by machine."""
 
 
 def truth_of(case: Case) -> dict[str, float]:
     """Return true values by label: of groups of the right file, and of what is no parameter."""
-    right = case if "unseen" in case.asked else CASES["springs" if case.machine is elastic else "plain"]
+    right = case if "unseen" in case.asked else CASES[OF_MACHINES[case.machine().name]]
     found = {e.unknown.label: e.unknown.nominal for e in right.identified(0).estimates} | dict(case.truth)
     return {bare(label): x for label, x in found.items()}
 
