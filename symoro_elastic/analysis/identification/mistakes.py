@@ -101,13 +101,10 @@ class _Trial:
         given = self.equations.given((self.log.q, self.log.qd, self.log.qdd))
         tau = np.einsum("snm,sm->sn", of_motors, self.log.tau * gains) - given
         size = np.sqrt((tau**2).mean(axis=0))
-        used = size > 0
-        A, b = (
-            (columns / np.where(used, size, np.inf)[:, None]).reshape(-1, columns.shape[2]),
-            tau[:, used] / size[used],
-        )
-        x = np.linalg.lstsq(A, (tau / np.where(used, size, np.inf)).ravel(), rcond=1e-8)[0]
-        rest = (tau / np.where(used, size, np.inf)).ravel() - A @ x
+        scale = np.where(size > 0, size, np.inf)
+        A, b = (columns / scale[:, None]).reshape(-1, columns.shape[2]), (tau / scale).ravel()
+        x = np.linalg.lstsq(A, b, rcond=1e-8)[0]
+        rest = b - A @ x
         return float(np.sqrt((rest**2).sum() / max((b**2).sum(), 1e-300))), columns @ x + given
 
     def gain(self, motor: int, near: float) -> float:

@@ -58,7 +58,7 @@ def refuse_copies(tests: Sequence[VibrationTest]) -> None:
             seen.append((one.H, t))
             if first != t:
                 what = f"has the same numbers as a response of {tests[first].name}: keep one"
-                raise InputError(test.name, f"{one.output}/{one.input}", what)
+                raise InputError(test.name, one.pair, what)
 
 
 def _is_copy(a: ComplexArray, b: ComplexArray) -> bool:
@@ -77,7 +77,7 @@ def refuse_opposite(
         G = predicted[line.test].responses[line.place].G[line.counted]
         error = float(np.median(np.abs(np.angle(line.H / G))))
         if error > OPPOSITE and float(np.median(np.abs(line.H / G + 1))) < nearest:
-            pair = f"{line.measured.output}/{line.measured.input}"
+            pair = line.measured.pair
             what = f"{pair} has the opposite sign of the model: median phase error {math.degrees(error):.0f} deg; "
             what += f"write -{line.measured.output}, or turn the sensor's axis"
             raise InputError(tests[line.test].name, pair, what)
@@ -88,13 +88,14 @@ def refuse_wrong(tests: Sequence[VibrationTest], lines: Sequence[Lines], predict
     refuse_opposite(tests, lines, predicted, MIRRORED)
     for line, factor in scaled_pairs(lines, predicted):
         if unit := _unit(factor):
-            raise InputError(tests[line.test].name, _pair(line), f"{_times(factor)}: its unit is wrong, {unit}")
+            what = f"{_times(factor)}: its unit is wrong, {unit}"
+            raise InputError(tests[line.test].name, line.measured.pair, what)
 
 
 def of_scale(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted: Sequence[Predicted]) -> list[str]:
     """Return a line for each pair whose size differs from the model's by one factor over the whole band."""
     return [
-        f"{tests[line.test].name}: {_pair(line)} {_times(factor)}: check its unit"
+        f"{tests[line.test].name}: {line.measured.pair} {_times(factor)}: check its unit"
         for line, factor in scaled_pairs(lines, predicted)
     ]
 
@@ -120,17 +121,13 @@ def _unit(factor: float, within: float = 0.06) -> str:
     return next((what for x, what in KNOWN_FACTORS.items() if abs(size - math.log(x)) < within), "")
 
 
-def _pair(line: Lines) -> str:
-    return f"{line.measured.output}/{line.measured.input}"
-
-
 def of_zero_pairs(tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]]) -> list[str]:
     """Return lines about responses that the model cannot have: left out, cross talk where they were measured."""
     quiet, found = [], []
     for t, k in zero:
         one = tests[t].responses[k]
         largest = max(float(np.median(np.abs(x.H))) for x in tests[t].responses if x.input == one.input)
-        pair = f"{tests[t].name}: {one.output}/{one.input}"
+        pair = f"{tests[t].name}: {one.pair}"
         if np.median(np.abs(one.H)) > CROSS_TALK * largest:
             what = "is zero in the model, and left out: the measurement has cross talk that the model cannot have"
             found.append(f"{pair} {what}")
@@ -202,10 +199,8 @@ def verdict_on_model(fit: Fit, bands: Sequence[Band]) -> str:
         return f"chi2 {fit.chi2:.3g}: {what}; standard deviations are wider by what residuals say"
     named = " and ".join(f"between {band.low:.4g} and {band.high:.4g} Hz" for band in bands)
     what = f"chi2 {fit.chi2:.3g}: the model lacks something {named or 'over the whole band'}: "
-    what += (
-        "a body, a spring or a mode that it does not have, masses that are right (--mass-doubt), positions and held "
-    )
-    what += "motors as they were (at, hold), sensors along their axes, or a nearer start (--factor); "
+    what += "a body, a spring or a mode that it does not have, masses that are right (--mass-doubt), positions and "
+    what += "held motors as they were (at, hold), sensors along their axes, or a nearer start (--factor); "
     what += "standard deviations are lower bounds then"
     low, high = (bands[0].low, bands[0].high) if bands else (0.0, 0.0)
     return f"{what}; --without {low:.4g}:{high:.4g} leaves these lines out" if bands else what
@@ -248,7 +243,7 @@ def of_gains(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
     found: dict[str, list[tuple[str, float]]] = {}
     for one in fit.gains:
         line, size = fit.lines[one.line], math.exp(one.log)
-        found.setdefault(tests[line.test].name, []).append((_pair(line), size if one.shows else 1.0))
+        found.setdefault(tests[line.test].name, []).append((line.measured.pair, size if one.shows else 1.0))
     said = []
     for name, each in found.items():
         sizes = np.array([size for _, size in each])
@@ -271,8 +266,9 @@ def of_spikes(tests: Sequence[VibrationTest], fit: Fit) -> list[str]:
         if count > SPIKED * of:
             line, one = max(own, key=lambda pair: int(pair[1].sum()))
             where = ", ".join(f"{f:.4g}" for f in line.f[one][:MOST_SAID])
-            what = f"{count} of {of} lines are spikes between quiet neighbours, most in {_pair(line)}, at {where} Hz"
-            found.append(f"{test.name}: {what}: they hardly count")
+            what = f"{count} of {of} lines are spikes between quiet neighbours"
+            where = f"most in {line.measured.pair}, at {where} Hz"
+            found.append(f"{test.name}: {what}, {where}: they hardly count")
     return found
 
 

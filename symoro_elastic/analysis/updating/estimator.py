@@ -78,11 +78,11 @@ def lines_of(
             counted = np.abs(response.H) > 0
             if not counted.any():
                 what = "is zero in every line, and its model is not: measure again, or leave the pair out"
-                raise InputError(test.name, f"{response.output}/{response.input}", what)
+                raise InputError(test.name, response.pair, what)
             for low, high in without:
                 counted &= (response.f < low) | (response.f > high)
             if not counted.any():
-                what = f"{response.output}/{response.input} has no line left: give other windows, or leave the pair out"
+                what = f"{response.pair} has no line left: give other windows, or leave the pair out"
                 raise InputError(test.name, "--without", what)
             sd = deviations(response, test.averages)[counted]
             found.append(Lines(response, counted, sd, is_known(response, test.averages), t, k))

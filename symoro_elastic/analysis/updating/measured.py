@@ -23,6 +23,11 @@ class MeasuredResponse:
     H: ComplexArray
     coherence: Array | None = None
 
+    @property
+    def pair(self) -> str:
+        """Output and input, as files head them."""
+        return f"{self.output}/{self.input}"
+
 
 @dataclass(frozen=True)
 class MeasuredModes:

@@ -52,10 +52,11 @@ def refuse_far(tests: Sequence[VibrationTest], lines: Sequence[Lines], predicted
         if abs(math.log(factor)) < FAR_OFF:
             continue
         logs = np.log(predicted[line.test].responses[line.place].G[line.counted] / line.H)
-        what = f"is {factor:.3g} times the model over its whole band{_named(line, logs)}"
-        if math.log(factor) < -VANISHED and not _named(line, logs):
+        mistake = _named(line, logs)
+        what = f"is {factor:.3g} times the model over its whole band{mistake}"
+        if math.log(factor) < -VANISHED and not mistake:
             what = "hardly moves, and its model does: another axis, body or input is measured, or nothing"
-        raise InputError(tests[line.test].name, f"{line.measured.output}/{line.measured.input}", what)
+        raise InputError(tests[line.test].name, line.measured.pair, what)
 
 
 def refuse_mistakes(estimator: Estimator, tests: Sequence[VibrationTest], fit: Fit) -> None:
@@ -69,7 +70,7 @@ def refuse_mistakes(estimator: Estimator, tests: Sequence[VibrationTest], fit: F
             what = (
                 "has no imaginary part in any line, and the model does not explain it: head magnitudes mag, with phase"
             )
-            raise InputError(tests[line.test].name, f"{line.measured.output}/{line.measured.input}", what)
+            raise InputError(tests[line.test].name, line.measured.pair, what)
     if any(test.modes for test in tests):
         return
     for what, others in _undone(tests).items():
@@ -117,7 +118,7 @@ def of_pairs(tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predi
     for k, line in enumerate(fit.lines):
         others = float(np.median(sizes[:k] + sizes[k + 1 :]))
         if sizes[k] > APART * max(others, 1.0):
-            name = f"{tests[line.test].name}: {line.measured.output}/{line.measured.input}"
+            name = f"{tests[line.test].name}: {line.measured.pair}"
             found.append(f"{name} does not go with the other responses{_why(line, logs[k])}")
     return found
 

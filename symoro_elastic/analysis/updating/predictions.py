@@ -122,15 +122,19 @@ class Predictions:
         p = len(self.sought.unknowns)
         values = dict(zip(self.sought.labels, np.exp(x[:p]).tolist(), strict=True))
         motion = self.motion.at_values({name: values[name] for name in self.parameters})
-        found = [self._of(motion, test, values, slopes) for test in (self.tests_at(x) if tests is None else tests)]
-        if slopes and self.windowed:
-            found = [one.padded(len(self.windowed)) for one in found]
-            for row, k in enumerate(self.windowed):
-                test = self.tests_at(x)[k]
-                ends = [self._of(motion, _changed(test, way * STEP), values, False).responses for way in (1, -1)]
-                for one, after, before in zip(found[k].responses, *ends, strict=True):
-                    if one.slopes is not None:
-                        one.slopes[p + row] = (after.G - before.G) / (2 * STEP)
+        found = []
+        for k, test in enumerate(self.tests_at(x) if tests is None else tests):
+            linear = self.linear_at(motion, test, values)
+            refuse_singular(motion, linear.M, linear.kept)
+            one = self._of(linear, test, values, slopes)
+            if slopes and self.windowed:
+                one = one.padded(len(self.windowed))
+            if slopes and k in self.windowed:
+                ends = [self._of(linear, _changed(test, way * STEP), values, False).responses for way in (1, -1)]
+                for response, after, before in zip(one.responses, *ends, strict=True):
+                    if response.slopes is not None:
+                        response.slopes[p + self.windowed.index(k)] = (after.G - before.G) / (2 * STEP)
+            found.append(one)
         return found
 
     def linear_at(self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float]) -> Linearization:
@@ -176,11 +180,7 @@ class Predictions:
                 found.setdefault(line, []).append(test.name)
         return [f"{', '.join(names)}: {line}" for line, names in found.items()]
 
-    def _of(
-        self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float], slopes: bool
-    ) -> Predicted:
-        linear = self.linear_at(motion, test, values)
-        refuse_singular(motion, linear.M, linear.kept)
+    def _of(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float], slopes: bool) -> Predicted:
         changed = self._slopes(linear, test, values) if slopes else _without_slopes(linear)
         responses: list[PredictedResponse | None] = [None] * len(test.responses)
         for group in _groups(test.responses):

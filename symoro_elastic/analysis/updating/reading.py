@@ -123,7 +123,7 @@ def _window(listed: ListedTest, responses: Sequence[MeasuredResponse]) -> Window
 
 def _without_noise(listed: ListedTest, responses: Iterable[MeasuredResponse]) -> str:
     """Return the note that a file does not say how exact it is."""
-    lacking = [f"{one.output}/{one.input}" for one in responses if one.coherence is None]
+    lacking = [one.pair for one in responses if one.coherence is None]
     averages = "averages" if listed.averages is None else "second average" if listed.averages == 1 else ""
     what = " and ".join(filter(None, [f"coherence of {', '.join(lacking)}" if lacking else "", averages]))
     return f"{listed.file}: no {what}: the noise is estimated from the residuals, so chi2 says nothing of the model"

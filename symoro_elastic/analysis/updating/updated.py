@@ -159,7 +159,7 @@ def update(
     predictions = Predictions(sought, fitted)
     lines, zero = lines_of(predictions, settings.without)
     if zero and not lines and not any(test.modes for test in fitted):
-        pairs = ", ".join(f"{one.output}/{one.input}" for test in fitted for one in test.responses)
+        pairs = ", ".join(one.pair for test in fitted for one in test.responses)
         raise InputError(machine.label, "tests", f"{pairs}: zero in the model, so nothing is left to fit")
     mistakes.refuse_far(fitted, lines, predictions.at(sought.start, slopes=False))
     step("fit")

@@ -119,7 +119,7 @@ class FrequencyShifts:
         """Accelerations (states, n), and their derivatives J (states, n, n) and B (states, n, motors)."""
         tape, count = self._tape, states.shape[1]
         rows = tape.rows_in(np.empty((tape.count, count)))
-        tape.fill(rows, tape.steps(changes, places=tape.needed(tape.results, changes)), states)
+        tape.fill(rows, tape.steps(changes, roots=tape.results), states)
         size = len(tape.results)
         seeds = np.broadcast_to(np.eye(size)[:, :, None], (size, size, count))
         adjoints = Sweep(tape, size, count).adjoints(rows, seeds, changes)

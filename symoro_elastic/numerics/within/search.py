@@ -88,8 +88,8 @@ class Search:
         """Return signed errors of results (results, states), of their limits; rows have the values of these changes."""
         if taken != self._computed:
             changes, self._computed = Changes.of(taken), taken
-            needed = self._tape.needed([*self._tape.results, *self._denominators], changes)
-            self._tape.fill(self._rows, self._tape.steps(changes, places=needed), self._sample.states)
+            roots = [*self._tape.results, *self._denominators]
+            self._tape.fill(self._rows, self._tape.steps(changes, roots=roots), self._sample.states)
             with np.errstate(all="ignore"):
                 self._errors = (self._tape.values(self._rows) - self._exact) * self._sample.weights
         return self._errors

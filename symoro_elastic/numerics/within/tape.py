@@ -151,11 +151,11 @@ class Tape:
         """Return the values of the results (results, states)."""
         return picked(rows, self.results)
 
-    def steps(self, changes: Changes = NO_CHANGES, s: float = 0.0, places: Collection[int] | None = None) -> list[Step]:
-        """Return what fills the rows of the program with changes: of `places`, if given."""
+    def steps(self, changes: Changes = NO_CHANGES, s: float = 0.0, roots: Iterable[int] | None = None) -> list[Step]:
+        """Return what fills the rows of the program with changes: all, or those that the places `roots` need."""
         found = []
         changed = {place for place, _ in changes.dropped} | changes.straightened
-        for place in range(self.count) if places is None else sorted(places):
+        for place in range(self.count) if roots is None else sorted(self._needed(roots, changes)):
             if place in changes.frozen:
                 found.append(self._frozen(place, changes.frozen[place], s))
             elif place in changed:
@@ -173,7 +173,7 @@ class Tape:
         first, second = (*self.operands[place], -1)[:2]
         return Step(self._function(place, changes, s), first, second, place)
 
-    def needed(self, roots: Iterable[int], changes: Changes = NO_CHANGES) -> set[int]:
+    def _needed(self, roots: Iterable[int], changes: Changes) -> set[int]:
         """Return the places that the rows of `roots` need in the program with changes."""
         found: set[int] = set()
         pending = [*roots]

@@ -56,7 +56,7 @@ class _Climber:
         self._states = np.arange(len(weights))
         self._sweep = Sweep(tape, 1, len(weights))
         self._rows = [[tape.rows_in(np.empty((tape.count, n * len(weights)))) for _ in range(2)] for n in (1, MOVES)]
-        self._steps = [tape.steps(x, places=tape.needed(tape.results, x)) for x in (NO_CHANGES, changes)]
+        self._steps = [tape.steps(x, roots=tape.results) for x in (NO_CHANGES, changes)]
         self.error = np.zeros(len(weights))
 
     def climbed(self, at: Array) -> Array:
