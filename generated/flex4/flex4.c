@@ -75,8 +75,8 @@ const double flex4_defaults[FLEX4_PARAMETERS] = {
  */
 static inline void flex4_sincos(double angle, double *sine, double *cosine);
 
-/* Those of math.h for angles that are larger, infinite or NaN; where the sum of all is no larger, none is. It is kept
- * apart from its callers: inside, it would keep their numbers out of registers.
+/* Those of math.h for angles that are larger, infinite or NaN; the others stay. It is kept apart from its callers:
+ * inside, it would keep their numbers out of registers.
  */
 #define FLEX4_NEAR 65536.0
 #ifdef __GNUC__
@@ -147,12 +147,9 @@ void flex4_direct_dynamics_prepared(
     const double angle[2] = {q[2], q[3]};
     double sine[2];
     double cosine[2];
-    flex4_sincos(angle[0], &sine[0], &cosine[0]);
-    flex4_sincos(angle[1], &sine[1], &cosine[1]);
-    const double size = fabs(angle[0]) + fabs(angle[1]);
-    if (!(size <= FLEX4_NEAR)) {
-        flex4_sincos_large(2U, angle, sine, cosine);
-    }
+    flex4_sincos(q[2], &sine[0], &cosine[0]);
+    flex4_sincos(q[3], &sine[1], &cosine[1]);
+    flex4_sincos_large(2U, angle, sine, cosine);
 
     const double th2 = q[1];
     const double th4 = q[3];
@@ -350,12 +347,9 @@ void flex4_inverse_dynamics_prepared(
     const double angle[2] = {q[2], q[3]};
     double sine[2];
     double cosine[2];
-    flex4_sincos(angle[0], &sine[0], &cosine[0]);
-    flex4_sincos(angle[1], &sine[1], &cosine[1]);
-    const double size = fabs(angle[0]) + fabs(angle[1]);
-    if (!(size <= FLEX4_NEAR)) {
-        flex4_sincos_large(2U, angle, sine, cosine);
-    }
+    flex4_sincos(q[2], &sine[0], &cosine[0]);
+    flex4_sincos(q[3], &sine[1], &cosine[1]);
+    flex4_sincos_large(2U, angle, sine, cosine);
 
     const double th2 = q[1];
     const double th4 = q[3];

@@ -101,8 +101,8 @@ const double puma560_defaults[PUMA560_PARAMETERS] = {
  */
 static inline void puma560_sincos(double angle, double *sine, double *cosine);
 
-/* Those of math.h for angles that are larger, infinite or NaN; where the sum of all is no larger, none is. It is kept
- * apart from its callers: inside, it would keep their numbers out of registers.
+/* Those of math.h for angles that are larger, infinite or NaN; the others stay. It is kept apart from its callers:
+ * inside, it would keep their numbers out of registers.
  */
 #define PUMA560_NEAR 65536.0
 #ifdef __GNUC__
@@ -156,15 +156,12 @@ void puma560_direct_dynamics_prepared(
     const double angle[5] = {q[1], q[2], q[3], q[4], q[5]};
     double sine[5];
     double cosine[5];
-    puma560_sincos(angle[0], &sine[0], &cosine[0]);
-    puma560_sincos(angle[1], &sine[1], &cosine[1]);
-    puma560_sincos(angle[2], &sine[2], &cosine[2]);
-    puma560_sincos(angle[3], &sine[3], &cosine[3]);
-    puma560_sincos(angle[4], &sine[4], &cosine[4]);
-    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4]);
-    if (!(size <= PUMA560_NEAR)) {
-        puma560_sincos_large(5U, angle, sine, cosine);
-    }
+    puma560_sincos(q[1], &sine[0], &cosine[0]);
+    puma560_sincos(q[2], &sine[1], &cosine[1]);
+    puma560_sincos(q[3], &sine[2], &cosine[2]);
+    puma560_sincos(q[4], &sine[3], &cosine[3]);
+    puma560_sincos(q[5], &sine[4], &cosine[4]);
+    puma560_sincos_large(5U, angle, sine, cosine);
 
     const double qd1 = qd[0];
     const double qd2 = qd[1];
@@ -878,15 +875,12 @@ void puma560_inverse_dynamics_prepared(
     const double angle[5] = {q[1], q[2], q[3], q[4], q[5]};
     double sine[5];
     double cosine[5];
-    puma560_sincos(angle[0], &sine[0], &cosine[0]);
-    puma560_sincos(angle[1], &sine[1], &cosine[1]);
-    puma560_sincos(angle[2], &sine[2], &cosine[2]);
-    puma560_sincos(angle[3], &sine[3], &cosine[3]);
-    puma560_sincos(angle[4], &sine[4], &cosine[4]);
-    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]) + fabs(angle[4]);
-    if (!(size <= PUMA560_NEAR)) {
-        puma560_sincos_large(5U, angle, sine, cosine);
-    }
+    puma560_sincos(q[1], &sine[0], &cosine[0]);
+    puma560_sincos(q[2], &sine[1], &cosine[1]);
+    puma560_sincos(q[3], &sine[2], &cosine[2]);
+    puma560_sincos(q[4], &sine[3], &cosine[3]);
+    puma560_sincos(q[5], &sine[4], &cosine[4]);
+    puma560_sincos_large(5U, angle, sine, cosine);
 
     const double qd1 = qd[0];
     const double qd2 = qd[1];

@@ -34,8 +34,8 @@ const double sr400_defaults[SR400_PARAMETERS] = {
  */
 static inline void sr400_sincos(double angle, double *sine, double *cosine);
 
-/* Those of math.h for angles that are larger, infinite or NaN; where the sum of all is no larger, none is. It is kept
- * apart from its callers: inside, it would keep their numbers out of registers.
+/* Those of math.h for angles that are larger, infinite or NaN; the others stay. It is kept apart from its callers:
+ * inside, it would keep their numbers out of registers.
  */
 #define SR400_NEAR 65536.0
 #ifdef __GNUC__
@@ -90,14 +90,11 @@ void sr400_direct_dynamics_prepared(
     const double angle[4] = {q[1], q[2], q[3], q[5]};
     double sine[4];
     double cosine[4];
-    sr400_sincos(angle[0], &sine[0], &cosine[0]);
-    sr400_sincos(angle[1], &sine[1], &cosine[1]);
-    sr400_sincos(angle[2], &sine[2], &cosine[2]);
-    sr400_sincos(angle[3], &sine[3], &cosine[3]);
-    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]);
-    if (!(size <= SR400_NEAR)) {
-        sr400_sincos_large(4U, angle, sine, cosine);
-    }
+    sr400_sincos(q[1], &sine[0], &cosine[0]);
+    sr400_sincos(q[2], &sine[1], &cosine[1]);
+    sr400_sincos(q[3], &sine[2], &cosine[2]);
+    sr400_sincos(q[5], &sine[3], &cosine[3]);
+    sr400_sincos_large(4U, angle, sine, cosine);
 
     const double qd1 = qd[0];
     const double qd2 = qd[1];
@@ -534,14 +531,11 @@ void sr400_inverse_dynamics(
     const double angle[4] = {q[1], q[2], q[3], q[5]};
     double sine[4];
     double cosine[4];
-    sr400_sincos(angle[0], &sine[0], &cosine[0]);
-    sr400_sincos(angle[1], &sine[1], &cosine[1]);
-    sr400_sincos(angle[2], &sine[2], &cosine[2]);
-    sr400_sincos(angle[3], &sine[3], &cosine[3]);
-    const double size = fabs(angle[0]) + fabs(angle[1]) + fabs(angle[2]) + fabs(angle[3]);
-    if (!(size <= SR400_NEAR)) {
-        sr400_sincos_large(4U, angle, sine, cosine);
-    }
+    sr400_sincos(q[1], &sine[0], &cosine[0]);
+    sr400_sincos(q[2], &sine[1], &cosine[1]);
+    sr400_sincos(q[3], &sine[2], &cosine[2]);
+    sr400_sincos(q[5], &sine[3], &cosine[3]);
+    sr400_sincos_large(4U, angle, sine, cosine);
 
     const double qd1 = qd[0];
     const double qd2 = qd[1];

@@ -33,8 +33,8 @@ const double two_axis_defaults[TWO_AXIS_PARAMETERS] = {
  */
 static inline void two_axis_sincos(double angle, double *sine, double *cosine);
 
-/* Those of math.h for angles that are larger, infinite or NaN; where the sum of all is no larger, none is. It is kept
- * apart from its callers: inside, it would keep their numbers out of registers.
+/* Those of math.h for angles that are larger, infinite or NaN; the others stay. It is kept apart from its callers:
+ * inside, it would keep their numbers out of registers.
  */
 #define TWO_AXIS_NEAR 65536.0
 #ifdef __GNUC__
@@ -53,12 +53,9 @@ void two_axis_direct_dynamics(
     const double angle[2] = {q[0], q[5]};
     double sine[2];
     double cosine[2];
-    two_axis_sincos(angle[0], &sine[0], &cosine[0]);
-    two_axis_sincos(angle[1], &sine[1], &cosine[1]);
-    const double size = fabs(angle[0]) + fabs(angle[1]);
-    if (!(size <= TWO_AXIS_NEAR)) {
-        two_axis_sincos_large(2U, angle, sine, cosine);
-    }
+    two_axis_sincos(q[0], &sine[0], &cosine[0]);
+    two_axis_sincos(q[5], &sine[1], &cosine[1]);
+    two_axis_sincos_large(2U, angle, sine, cosine);
 
     const double q1 = q[0];
     const double q2 = q[1];
@@ -365,12 +362,9 @@ void two_axis_inverse_dynamics(
     const double angle[2] = {q[0], q[5]};
     double sine[2];
     double cosine[2];
-    two_axis_sincos(angle[0], &sine[0], &cosine[0]);
-    two_axis_sincos(angle[1], &sine[1], &cosine[1]);
-    const double size = fabs(angle[0]) + fabs(angle[1]);
-    if (!(size <= TWO_AXIS_NEAR)) {
-        two_axis_sincos_large(2U, angle, sine, cosine);
-    }
+    two_axis_sincos(q[0], &sine[0], &cosine[0]);
+    two_axis_sincos(q[5], &sine[1], &cosine[1]);
+    two_axis_sincos_large(2U, angle, sine, cosine);
 
     const double q1 = q[0];
     const double q2 = q[1];

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from symoro_elastic.machine.machine import Machine
 from tests.benchmarks.contest import Array, Contestant, contest, difference
-from tests.benchmarks.machines import arm_6, elastic_arm, humanoid, rigid, two_axis, with_base_parameters
+from tests.benchmarks.machines import arm_6, arm_7, elastic_arm, humanoid, rigid, two_axis, with_base_parameters
 from tests.benchmarks.match import states
 from tests.benchmarks.ours import NATIVE, Code, code, scalar
 from tests.benchmarks.tables import print_table, progress, save_json
@@ -46,11 +46,11 @@ class Row:
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.compilers", description=__doc__)
     parser.add_argument("--rounds", type=int, default=101, help="rounds in which all take turns")
-    parser.add_argument("--machine", nargs="*", help="machines, instead of the four")
+    parser.add_argument("--machine", nargs="*", help="machines, instead of five")
     parser.add_argument("--compiler", nargs="*", default=installed(), help="compilers, instead of all that are found")
     parser.add_argument("--json", type=Path, help="save the figures")
     arguments = parser.parse_args()
-    wanted = list(itertools.product(arguments.machine or FOUR, MODELS))
+    wanted = list(itertools.product(arguments.machine or FIVE, MODELS))
     rows = [row for one in progress(wanted, "compile and time") for row in timed(*one, arguments)]
     for kind in KINDS:
         show(kind, [row for row in rows if row.kind == kind])
@@ -110,12 +110,13 @@ def sr400() -> tuple[Machine, Array]:
 MACHINES: dict[str, Callable[[], tuple[Machine, Array | None]]] = {
     "two-axis machine, motors": lambda: (rigid(two_axis()), None),
     "6R arm": lambda: (arm_6(), None),
+    "7R arm": lambda: (arm_7(), None),
     "elastic arm": lambda: (elastic_arm(), None),
     "SR400": sr400,
     "two-axis machine": lambda: (two_axis(), None),
     "humanoid, 29 joints": lambda: (humanoid(), None),
 }
-FOUR = list(MACHINES)[:4]
+FIVE = list(MACHINES)[:5]
 
 
 if __name__ == "__main__":

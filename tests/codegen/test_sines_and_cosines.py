@@ -135,8 +135,8 @@ def test_neighbours_do_not_change_an_angle(kind: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("count", [1, MOST_SIDE_BY_SIDE, MOST_SIDE_BY_SIDE + 1])
 @pytest.mark.parametrize("kind", ["double", "float"])
 def test_lines_of_few_and_of_many_angles(kind: str, count: int, tmp_path: Path) -> None:
-    """The last angle may be far, or the sum of all too large though none is."""
-    lines = "\n    ".join(lines_of_sines("test", PRECISION[kind], count))
+    """The last angle may be far, and the sum of all too large though none is."""
+    lines = "\n    ".join(lines_of_sines("test", [f"angle[{k}]" for k in range(count)]))
     assert ("for (" in lines) == (count > MOST_SIDE_BY_SIDE)
     near = np.full(count, 0.9 * LARGEST[kind], DTYPE[kind])
     for last in (0.3, 1e3 * LARGEST[kind], np.inf, np.nan):

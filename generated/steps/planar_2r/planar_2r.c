@@ -38,8 +38,8 @@ const double planar_2r_defaults[PLANAR_2R_PARAMETERS] = {
  */
 static inline void planar_2r_sincos(double angle, double *sine, double *cosine);
 
-/* Those of math.h for angles that are larger, infinite or NaN; where the sum of all is no larger, none is. It is kept
- * apart from its callers: inside, it would keep their numbers out of registers.
+/* Those of math.h for angles that are larger, infinite or NaN; the others stay. It is kept apart from its callers:
+ * inside, it would keep their numbers out of registers.
  */
 #define PLANAR_2R_NEAR 65536.0
 #ifdef __GNUC__
@@ -97,12 +97,9 @@ void planar_2r_direct_dynamics_prepared(
     const double angle[2] = {q[0], q[1]};
     double sine[2];
     double cosine[2];
-    planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
-    planar_2r_sincos(angle[1], &sine[1], &cosine[1]);
-    const double size = fabs(angle[0]) + fabs(angle[1]);
-    if (!(size <= PLANAR_2R_NEAR)) {
-        planar_2r_sincos_large(2U, angle, sine, cosine);
-    }
+    planar_2r_sincos(q[0], &sine[0], &cosine[0]);
+    planar_2r_sincos(q[1], &sine[1], &cosine[1]);
+    planar_2r_sincos_large(2U, angle, sine, cosine);
 
     const double qd1 = qd[0];
     const double qd2 = qd[1];
@@ -201,12 +198,9 @@ void planar_2r_inverse_dynamics_prepared(
     const double angle[2] = {q[0], q[1]};
     double sine[2];
     double cosine[2];
-    planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
-    planar_2r_sincos(angle[1], &sine[1], &cosine[1]);
-    const double size = fabs(angle[0]) + fabs(angle[1]);
-    if (!(size <= PLANAR_2R_NEAR)) {
-        planar_2r_sincos_large(2U, angle, sine, cosine);
-    }
+    planar_2r_sincos(q[0], &sine[0], &cosine[0]);
+    planar_2r_sincos(q[1], &sine[1], &cosine[1]);
+    planar_2r_sincos_large(2U, angle, sine, cosine);
 
     const double qd1 = qd[0];
     const double qd2 = qd[1];
@@ -324,11 +318,8 @@ void planar_2r_implicit_factors_servo_prepared(
     const double angle[1] = {q[1]};
     double sine[1];
     double cosine[1];
-    planar_2r_sincos(angle[0], &sine[0], &cosine[0]);
-    const double size = fabs(angle[0]);
-    if (!(size <= PLANAR_2R_NEAR)) {
-        planar_2r_sincos_large(1U, angle, sine, cosine);
-    }
+    planar_2r_sincos(q[1], &sine[0], &cosine[0]);
+    planar_2r_sincos_large(1U, angle, sine, cosine);
 
     const double gh0 = g[0];
     const double kpm1 = kp[0];

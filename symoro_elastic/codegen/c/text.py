@@ -122,13 +122,13 @@ def _in_parts(name: str, parts: Sequence[PartText], states: str = "") -> tuple[l
 
 def _angles(function: CFunction) -> list[str]:
     """Lines that find the sines and cosines of joint variables, their multiples and sums."""
-    count, type_ = len(function.angles), function.form.angle
-    if not count:
+    angles, type_ = function.angle_texts(), function.form.angle
+    if not angles:
         return []
     return [
-        statement(f"{INDENT}const {type_} angle[{count}] = ", f"{{{', '.join(function.angle_texts())}}};"),
-        *(_declaration(type_, name, str(count)) for name in SINCOS),
-        *(statement("", INDENT + line) for line in function.form.sincos(count)),
+        statement(f"{INDENT}const {type_} angle[{len(angles)}] = ", f"{{{', '.join(angles)}}};"),
+        *(_declaration(type_, name, str(len(angles))) for name in SINCOS),
+        *(statement("", INDENT + line) for line in function.form.sincos(angles)),
         "",
     ]
 

@@ -61,7 +61,7 @@ LIBRARY = words(
     """
 )
 """Functions and macros of the standard library, and keywords and macros of compilers."""
-OWN = words("p c place spill sine cosine angle size sign torque q_s v_s w_q w_v force_rate pushed qdd_pushed")
+OWN = words("p c place spill sine cosine angle sign torque q_s v_s w_q w_v force_rate pushed qdd_pushed")
 """Identifiers of the templates that a user's name could hide."""
 
 
@@ -112,36 +112,30 @@ def scalar_form(package: Package, precision: Precision) -> Form:
         return Form(real, real, real, of, of, f"{load} = {{value}}.high;", "{}", functions, of, one_by_one, pair)
     narrow = f"({real}){{}}" if precision.is_mixed else "{}"
     narrowed = narrow.format(load)
-    sincos = partial(lines_of_sines, name, precision)
+    sincos = partial(lines_of_sines, name)
     return Form(
         real, precision.angle, real, narrowed, load, f"{load} = {{value}};", narrow, functions, narrowed, sincos
     )
 
 
-def lines_of_sines(name: str, precision: Precision, count: int) -> Iterator[str]:
+def lines_of_sines(name: str, angles: Sequence[str]) -> Iterator[str]:
     """Lines that find sines and cosines, those of large angles apart.
 
-    A loop over few angles would leave it to compilers whether to load numbers as vectors that were stored one by one,
-    which costs more than all the rest.
+    A loop over few angles, or their array, would leave it to compilers whether to load numbers as vectors that were
+    stored one by one, which costs more than all the rest. After a call that may replace them, sines are loaded; where a
+    branch leads around it, GCC computes them a second time, one by one (7R arm, inverse model: 73 ns, 57 ns).
     """
-    f = "f" if precision.angle == "float" else ""
-    function, absolute = f"{name}_sincos", f"fabs{f}"
-    if count <= MOST_SIDE_BY_SIDE:
-        yield from (f"{function}(angle[{k}], &sine[{k}], &cosine[{k}]);" for k in range(count))
-        yield f"const {precision.angle} size = {' + '.join(f'{absolute}(angle[{k}])' for k in range(count))};"
+    if len(angles) <= MOST_SIDE_BY_SIDE:
+        yield from (f"{name}_sincos({angle}, &sine[{k}], &cosine[{k}]);" for k, angle in enumerate(angles))
     else:
-        yield f"{precision.angle} size = 0.0{f};"
-        yield from _in_a_loop(function, count, f"size += {absolute}(angle[k]);")
-    yield f"if (!(size <= {name.upper()}_NEAR)) {{"
-    yield f"{INDENT}{function}_large({count}U, angle, sine, cosine);"
-    yield "}"
+        yield from _in_a_loop(f"{name}_sincos", angles)
+    yield f"{name}_sincos_large({len(angles)}U, angle, sine, cosine);"
 
 
-def _in_a_loop(function: str, count: int, *others: str) -> Iterator[str]:
+def _in_a_loop(function: str, angles: Sequence[str]) -> Iterator[str]:
     """Lines that find sines and cosines one by one."""
-    yield f"for (size_t k = 0U; k < {count}U; k++) {{"
+    yield f"for (size_t k = 0U; k < {len(angles)}U; k++) {{"
     yield f"{INDENT}{function}(angle[k], &sine[k], &cosine[k]);"
-    yield from (f"{INDENT}{other}" for other in others)
     yield "}"
 
 
