@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from enum import Enum
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, TypeVar
 
 from symoro_elastic.machine.formula import ZERO, Formula
@@ -122,7 +122,7 @@ class Column:
     example: str = "0"
     default: Formula = ZERO
 
-    @property
+    @cached_property
     def cells(self) -> tuple[Cell, ...]:
         """Its entries."""
         return tuple(Cell(self, k) for k in range(len(self.parts) or 1))

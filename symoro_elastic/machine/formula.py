@@ -69,7 +69,7 @@ class Formula:
     @property
     def is_zero(self) -> bool:
         """Whether the expression is the number zero, as written."""
-        return self.tree == ("number", Fraction(0))
+        return self.tree == ZERO.tree
 
     def evaluate(
         self,

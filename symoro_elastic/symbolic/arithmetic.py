@@ -101,6 +101,10 @@ def evaluate_nodes(
             continue
         if node.operation == SYMBOL:
             values[node.id] = symbols[node.operands[0]]
+        elif len(node.operands) == 2:  # most nodes: written out, they take half of the time
+            x, y = node.operands
+            first = values[x.id] if type(x) is Expression else number(x)
+            values[node.id] = operations[node.operation](first, values[y.id] if type(y) is Expression else number(y))
         else:
             operands = [values[x.id] if type(x) is Expression else number(x) for x in node.operands]
             values[node.id] = operations[node.operation](*operands)

@@ -16,7 +16,8 @@ from symoro_elastic.pages.drawing.shapes import Shape, Solid, Wire, bend, invers
 AZIMUTH, ELEVATION = np.radians(35.0), np.radians(22.0)
 """Of the eye, from the front of the machine towards its right, and above the horizon."""
 ROUND = 24
-"""Corners of a circle."""
+CIRCLE = np.array([[np.cos(2 * np.pi * k / ROUND), np.sin(2 * np.pi * k / ROUND), 0.0] for k in range(ROUND)])
+"""Corners of a circle, of radius 1."""
 LIGHT_FROM = np.array([-0.35, 0.75, 0.55])
 """Where the light comes from: from the left, from above and from the eye."""
 LIT, DARK = 0.62, 0.15
@@ -113,8 +114,7 @@ class Projection:
 
     def _cylinder(self, solid: Solid, T: Array) -> Iterator[tuple[Array, Array]]:
         """The outline of the side, and the end that is turned to the eye."""
-        angle = np.linspace(0.0, 2 * np.pi, ROUND, endpoint=False)
-        circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1) * np.array(solid.size) / 2
+        circle = CIRCLE * np.array(solid.size) / 2
         along = T[:3, 2] * solid.size[2] / 2
         ends = [circle @ T[:3, :3].T + T[:3, 3] + way for way in (-along, along)]
         both = np.concatenate(ends)
