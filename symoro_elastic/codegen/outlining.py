@@ -61,7 +61,11 @@ def blocks(
     kinds = _Kinds()
     works = [_work(k, name, text, operands, kinds) for k, (name, text) in enumerate(statements)]
     read = [tuple(work.places)[:-1] for work in works]
-    found = (_merged(works, sections, kinds, limit) for limit in longest)
+    pairs = _Pairs(kinds, sections, min(longest))
+    row = _Row(works, pairs)
+    while not pairs.met_limit and row.merge():  # as long as no limit is met, works of all limits are the same
+        pass
+    found = (_merged(row.works, sections, kinds, limit) for limit in longest)
     return [[_block(work, statements, read) for work in merged] for merged in found]
 
 
@@ -113,13 +117,14 @@ class _Pairs:
 
     def __init__(self, kinds: _Kinds, sections: Sequence[Section] | None, longest: int) -> None:
         """With `sections`, only works of one section are merged."""
-        self._kinds, self._sections, self._longest = kinds, sections, longest
+        self._kinds, self._sections, self._longest, self.met_limit = kinds, sections, longest, False
 
     def of(self, a: _Work, b: _Work) -> int:
         """The kind of a work and the next; `APART` where they stay apart."""
-        if a.size + b.size > self._longest:
-            return APART
         if self._sections is not None and self._sections[a.first] != self._sections[b.first]:
+            return APART
+        if a.size + b.size > self._longest:
+            self.met_limit = True
             return APART
         in_a, in_b = a.places, b.places
         shared = sorted([(in_a[name], in_b[name]) for name in in_a.keys() & in_b.keys()])

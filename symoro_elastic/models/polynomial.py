@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 
@@ -123,7 +122,8 @@ def _group(outer: Monomial, inner: dict[Monomial, Fraction]) -> list[tuple[Fract
 def _powers(monomial: Monomial, coefficient: Fraction) -> list[str]:
     """Factors of a term without its sign, powers written as such."""
     size = abs(coefficient)
-    factors = [name if n == 1 else f"{name}^{n}" for name, n in Counter(monomial).items()]
+    times = [(name, monomial.count(name)) for name in dict.fromkeys(monomial)]
+    factors = [name if n == 1 else f"{name}^{n}" for name, n in times]
     return factors if size == 1 and factors else [_number(size), *factors]
 
 
