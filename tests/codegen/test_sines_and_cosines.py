@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from symoro_elastic.codegen.precision import DOUBLE, SINGLE
-from symoro_elastic.codegen.targets.c import MOST_SIDE_BY_SIDE, lines_of_sines
+from symoro_elastic.codegen.targets.c import MOST_SIDE_BY_SIDE, MOST_STATEMENTS, lines_of_sines
 from symoro_elastic.codegen.templates import render
 
 pytestmark = pytest.mark.sampled(5)
@@ -132,12 +132,20 @@ def test_neighbours_do_not_change_an_angle(kind: str, tmp_path: Path) -> None:
         np.testing.assert_array_equal(alone[np.isin(spoilt, x)], beside[np.isin(spoilt, x)])
 
 
-@pytest.mark.parametrize("count", [1, MOST_SIDE_BY_SIDE, MOST_SIDE_BY_SIDE + 1])
+@pytest.mark.parametrize(
+    ("count", "statements"),
+    [
+        (1, 9),
+        (MOST_SIDE_BY_SIDE, MOST_STATEMENTS),
+        (MOST_SIDE_BY_SIDE + 1, 9),
+        (MOST_SIDE_BY_SIDE, MOST_STATEMENTS + 1),
+    ],
+)
 @pytest.mark.parametrize("kind", ["double", "float"])
-def test_lines_of_few_and_of_many_angles(kind: str, count: int, tmp_path: Path) -> None:
+def test_lines_of_few_and_of_many_angles(kind: str, count: int, statements: int, tmp_path: Path) -> None:
     """The last angle may be far, and the sum of all too large though none is."""
-    lines = "\n    ".join(lines_of_sines("test", [f"angle[{k}]" for k in range(count)]))
-    assert ("for (" in lines) == (count > MOST_SIDE_BY_SIDE)
+    lines = "\n    ".join(lines_of_sines("test", [f"angle[{k}]" for k in range(count)], statements))
+    assert ("for (" in lines) == (count > MOST_SIDE_BY_SIDE or statements > MOST_STATEMENTS)
     near = np.full(count, 0.9 * LARGEST[kind], DTYPE[kind])
     for last in (0.3, 1e3 * LARGEST[kind], np.inf, np.nan):
         near[-1] = last

@@ -53,7 +53,8 @@ OF_PAIRS = {
 class Form:
     """How C writes the numbers of a call: their types, entries of arrays read and written, names of functions.
 
-    `real` is the type of what depends on parameters only; `sincos` gives the lines that find those of angles;
+    `real` is the type of what depends on parameters only; `sincos` gives the lines that find those of angles
+    before so many statements;
     `pair` begins the names of functions on sums of two doubles. Functions on many `states` are given their number.
     `operand` is how an operand of a function is written, if not a variable. Blocks that repeat
     in long programs are functions, whose arguments are places in arrays: from `outlined` times as many statements on as
@@ -72,7 +73,7 @@ class Form:
     narrow: str
     functions: Mapping[str, str]
     load_parameter: str
-    sincos: Callable[[Sequence[str]], Iterable[str]]
+    sincos: Callable[[Sequence[str], int], Iterable[str]]
     pair: str = ""
     states: str = ""
     operand: str = "{}"

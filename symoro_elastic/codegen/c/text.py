@@ -128,7 +128,7 @@ def _angles(function: CFunction) -> list[str]:
     return [
         statement(f"{INDENT}const {type_} angle[{len(angles)}] = ", f"{{{', '.join(angles)}}};"),
         *(_declaration(type_, name, str(len(angles))) for name in SINCOS),
-        *(statement("", INDENT + line) for line in function.form.sincos(angles)),
+        *(statement("", INDENT + line) for line in function.form.sincos(angles, len(function.steps))),
         "",
     ]
 

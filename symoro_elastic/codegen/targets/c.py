@@ -65,8 +65,8 @@ OWN = words("p c place spill sine cosine angle sign torque q_s v_s w_q w_v force
 """Identifiers of the templates that a user's name could hide."""
 
 
-MOST_SIDE_BY_SIDE = 40
-"""Angles up to which each has a line of its own, not a turn of a loop."""
+MOST_SIDE_BY_SIDE, MOST_STATEMENTS = 40, 20_000
+"""Angles, and statements of a model, up to which each angle has a line of its own, not a turn of a loop."""
 
 
 @dataclass(frozen=True)
@@ -118,21 +118,23 @@ def scalar_form(package: Package, precision: Precision) -> Form:
     )
 
 
-def lines_of_sines(name: str, angles: Sequence[str]) -> Iterator[str]:
+def lines_of_sines(name: str, angles: Sequence[str], statements: int) -> Iterator[str]:
     """Lines that find sines and cosines, those of large angles apart.
 
     A loop over few angles, or their array, would leave it to compilers whether to load numbers as vectors that were
     stored one by one, which costs more than all the rest. After a call that may replace them, sines are loaded; where a
-    branch leads around it, GCC computes them a second time, one by one (7R arm, inverse model: 73 ns, 57 ns).
+    branch leads around it, GCC computes them a second time, one by one (7R arm, inverse model: 73 ns, 57 ns). Very
+    long models have a loop: GCC looks at the calls of all their functions for each sine that is stored side by side
+    (derivatives of the direct model of 30 joints: 24 s to compile, 7 s with a loop), which is a small part of them.
     """
-    if len(angles) <= MOST_SIDE_BY_SIDE:
+    if len(angles) <= MOST_SIDE_BY_SIDE and statements <= MOST_STATEMENTS:
         yield from (f"{name}_sincos({angle}, &sine[{k}], &cosine[{k}]);" for k, angle in enumerate(angles))
     else:
         yield from _in_a_loop(f"{name}_sincos", angles)
     yield f"{name}_sincos_large({len(angles)}U, angle, sine, cosine);"
 
 
-def _in_a_loop(function: str, angles: Sequence[str]) -> Iterator[str]:
+def _in_a_loop(function: str, angles: Sequence[str], _statements: int = 0) -> Iterator[str]:
     """Lines that find sines and cosines one by one."""
     yield f"for (size_t k = 0U; k < {len(angles)}U; k++) {{"
     yield f"{INDENT}{function}(angle[k], &sine[k], &cosine[k]);"

@@ -85,7 +85,7 @@ def vector_form(package: Package, precision: Precision) -> Form:
         store=f"STORE({place}, {{value}});",
         narrow="NARROW({})" if precision.is_mixed else "{}",
         functions={name: f"{name}_lanes" for name in FUNCTIONS},
-        sincos=lambda angles: (f"sincos_lanes({len(angles)}U, angle, sine, cosine);",),
+        sincos=lambda angles, _: (f"sincos_lanes({len(angles)}U, angle, sine, cosine);",),
         states="states",
         outlined=2,
         leaves_rows=True,

@@ -89,7 +89,7 @@ FORM = Form(
     narrow="{}",
     functions={name: name for name in FUNCTIONS},
     load_parameter=f"{SCALAR}({{array}}[{{k}}])",
-    sincos=lambda angles: (f"detail::sines_and_cosines({len(angles)}U, angle, sine, cosine);",),
+    sincos=lambda angles, _: (f"detail::sines_and_cosines({len(angles)}U, angle, sine, cosine);",),
     operand=f"{SCALAR}({{}})",
     outlined=1,
 )

@@ -115,7 +115,7 @@ def strided_form(package: Package, precision: Precision) -> Form:
         load=strided(form.load),
         load_angle=strided(form.load_angle),
         store=strided(form.store),
-        sincos=lambda _: (f"{name}_sincos(angle, sine, cosine);",),
+        sincos=lambda *_: (f"{name}_sincos(angle, sine, cosine);",),
         states="states",
         part=LONGEST_WHOLE,  # what parts hand on is in the memory of the device
     )
