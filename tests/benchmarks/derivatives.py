@@ -1,7 +1,8 @@
 """Time and count derivatives of the models against peers: `python -m tests.benchmarks.derivatives [--json FILE]`.
 
 Those of the inverse model by q, qd and qdd, of the direct model by q, qd and tau. Pinocchio's are analytic, CasADi's
-automatic. All ten inertial parameters of every body are kept, in ours as in theirs.
+automatic. All ten inertial parameters of every body are kept, in ours as in theirs, but for the rows with base
+parameters; where these are in p, repeated limbs share functions.
 """
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ import argparse
 from importlib.util import find_spec
 from pathlib import Path
 
+from symoro_elastic.machine.machine import Machine
 from tests.benchmarks.contest import Array, Contestant
-from tests.benchmarks.machines import MACHINES
+from tests.benchmarks.machines import MACHINES, with_base_parameters
 from tests.benchmarks.match import COMPILERS, Match, matched, require_pinocchio, show, states
-from tests.benchmarks.ours import code, scalar
+from tests.benchmarks.ours import Code, code, scalar
 from tests.benchmarks.peers import casadi_c, pinocchio_cpp
 from tests.benchmarks.tables import print_table, progress, save_json
 from tests.benchmarks.targets import ARM, ARM_7, CASADI, TREE, Counts, Figures, unmet_of_derivatives
@@ -59,9 +61,16 @@ def match(title: str, model: str, rounds: int) -> tuple[Match, dict[str, int]]:
         generated = casadi_c.generated(file, model)
         counts[CASADI] = generated.operations
         contestants += of_casadi(generated, x)
-    mine = [scalar(folded, x, f"call, {compiler}", compiler) for compiler in COMPILERS]
+    mine = ours(machine, folded, model, x)
     operations = {c.name: counts["ours"] for c in mine}
     return matched(title, model, [*contestants, *mine], operations, rounds, BY), counts
+
+
+def ours(machine: Machine, folded: Code, model: str, x: Array) -> list[Contestant]:
+    """Calls with all parameters in the code, with base parameters there, and with base parameters in p."""
+    based = with_base_parameters(machine)
+    found = {"": folded, ", base": code(based, model), ", base, parameters in p": code(based, model, fold=False)}
+    return [scalar(one, x, f"call{how}, {name}", name) for how, one in found.items() for name in COMPILERS]
 
 
 def of_casadi(generated: casadi_c.Generated, x: Array) -> list[Contestant]:

@@ -21,13 +21,17 @@ COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
 
 @dataclass(frozen=True)
 class Match:
-    """A model of a machine: times of all who compute it, and how far their numbers are from Pinocchio's."""
+    """A model of a machine: times of all who compute it, and how far their numbers are from Pinocchio's.
+
+    `operations` are products and sums by contestant, `sines` the sines and cosines beside them.
+    """
 
     machine: str
     model: str
     times: Times
     differences: dict[str, float]
     operations: dict[str, int]
+    sines: int = 0
 
     @property
     def reference(self) -> str:
@@ -44,6 +48,7 @@ class Match:
                 "ratio": self.times.ratio(self.reference, name),
                 "difference": apart,
                 "operations": self.operations.get(name, 0),
+                "sines": self.sines,
             }
 
 
@@ -62,6 +67,7 @@ def matched(
     operations: Mapping[str, int],
     rounds: int,
     parts: int = 1,
+    sines: int = 0,
 ) -> Match:
     """Check that all give the numbers of the first, part by part, whatever else they give, then time them."""
     wanted = contestants[0].results()
@@ -70,7 +76,7 @@ def matched(
     wrong = {name: apart for name, apart in differences.items() if apart > (1e-4 if "single" in name else 1e-11)}
     if wrong:
         raise SystemExit(f"{title}, {model}: not the same numbers: {wrong}")
-    return Match(title, model, contest(contestants, rounds), differences, dict(operations))
+    return Match(title, model, contest(contestants, rounds), differences, dict(operations), sines)
 
 
 def states(machine: Machine, model: str, seed: int = 0) -> Array:

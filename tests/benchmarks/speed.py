@@ -26,6 +26,8 @@ WIDTHS = {"AVX-512": AVX512, "AVX2": AVX2}
 BATCHES = {**WIDTHS, "AVX-512 in pairs": PAIRS}
 BYTES = {"AVX-512": 64, "AVX2": 32}
 """Of a vector."""
+OF_SINES = {DOUBLE.name: 45 / 2, SINGLE.name: 33 / 2}
+"""Products and sums of a sine or cosine: for both 22 and 23 in `templates/c/sincos_double.c.j2`, else 16 and 17."""
 
 
 def main() -> None:
@@ -61,8 +63,10 @@ def match(title: str, model: str, rounds: int) -> Match:
     machine = rigid(machine) if model == "inverse_dynamics" else machine
     x = states(machine, model)
     theirs = peers(machine, model, x)
-    mine, operations = ours(with_base_parameters(machine), model, x)
-    return matched(title, model, [*theirs, *mine], operations, rounds)
+    based = with_base_parameters(machine)
+    mine, operations = ours(based, model, x)
+    sines = code(based, model).operations.sincos
+    return matched(title, model, [*theirs, *mine], operations, rounds, sines=sines)
 
 
 def peers(machine: Machine, model: str, x: Array) -> list[Contestant]:
@@ -134,10 +138,17 @@ def show_limits(limits: dict[str, float], figures: Figures) -> None:
         for model in MODELS[:2]:
             chosen = {str(f["contestant"]): f for f in figures if (f["machine"], f["model"]) == (machine, model)}
             batches = {kind: fastest(chosen, f"batch, {kind}") for kind in kinds}
-            parts = [float(f["operations"]) / float(f["ns"]) * limits[f"{k}, unfused"] for k, f in batches.items()]
-            rows.append([f"{machine}, {model}", *(f"{part:.0%}" for part in parts)])
-    title = "Limit of products and sums, and the part of it that counted operations of gcc's batches reach"
+            shares = [share(f, kind, limits[f"{kind}, unfused"]) for kind, f in batches.items()]
+            rows.append([f"{machine}, {model}", *shares])
+    title = "Limit of products and sums, and the part of it that gcc's batches reach, without and with those of sines"
     print_table(title, ["", *kinds], rows)
+
+
+def share(figure: dict[str, str | float], kind: str, ns: float) -> str:
+    """The operations of a batch in parts of the limit, `ns` each, without and with those of its sines and cosines."""
+    operations, sines = float(figure["operations"]), float(figure["sines"])
+    whole = operations + sines * OF_SINES[kind.partition(",")[0]]
+    return f"{operations * ns / float(figure['ns']):.0%}, {whole * ns / float(figure['ns']):.0%}"
 
 
 def fastest(chosen: dict[str, dict[str, str | float]], name: str) -> dict[str, str | float]:
