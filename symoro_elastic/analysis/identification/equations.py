@@ -28,7 +28,7 @@ from symoro_elastic.foundation.array_types import Array, BoolArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.machine.machine import Machine
 
-PIECE = 4000  # samples evaluated at a time
+PIECE, ENTRIES = 4000, 5_000_000  # most samples, and about as many entries of Y, evaluated at a time
 SIGNS = (1.0, -1.0)
 CLOSE = 4.0  # samples in a period of the Butterworth cut-off
 
@@ -64,7 +64,8 @@ class Sampled:
     @property
     def pieces(self) -> list[slice]:
         """Pieces of the record that hold whole windows, without large intermediate arrays."""
-        return _pieces(len(self.motion.t), self.chosen)
+        samples, joints = self.motion.q.shape
+        return _pieces(samples, self.chosen, max(1, min(PIECE, ENTRIES // (10 * joints**2))))
 
     @cached_property
     def _shared(self) -> Array:
@@ -208,10 +209,10 @@ class Equations:
         return [average(x, chosen) if chosen else x for x in both]
 
 
-def _pieces(samples: int, chosen: Filter | None) -> list[slice]:
-    """Return pieces of a record that hold whole windows, without large intermediate arrays."""
+def _pieces(samples: int, chosen: Filter | None, most: int) -> list[slice]:
+    """Return pieces of a record of about `most` samples that hold whole windows."""
     if chosen is None:
-        return [slice(k, k + PIECE) for k in range(0, samples, PIECE)]
-    starts, each = chosen.starts(samples), max(1, max(PIECE, 4 * chosen.window) // chosen.step)
+        return [slice(k, k + most) for k in range(0, samples, most)]
+    starts, each = chosen.starts(samples), max(1, max(most, 2 * chosen.window) // chosen.step)
     firsts = [starts[k : k + each] for k in range(0, len(starts), each)]
     return [slice(some[0], some[-1] + chosen.window) for some in firsts]
