@@ -3,7 +3,7 @@
     1. Draw states; find how large each result is, and from that its tolerance.
     2. Search the changes that save most, within the limits at these states.
     3. Climb to the worst states of what was found, and look at more random ones. Where a tolerance is exceeded, these
-       states join the sample, and the search starts again.
+       states join the sample, and the search starts again, from as much of what was found as still is within limits.
     4. Judge it: by the largest error at a million states that no search has seen, by the bound on those at a million
        more, and, where one is given, by a bound on all states of the box. Where this exceeds a tolerance, the limit of
        that result is lowered by as much, and the search starts again.
@@ -24,6 +24,7 @@ from symoro_elastic.foundation.progress import Announce, announce_nothing
 from symoro_elastic.numerics.within.frequencies import NaturalFrequencies
 from symoro_elastic.numerics.within.inertia import HasInertia
 from symoro_elastic.numerics.within.results import NOTHING, ErrorBound, Reduction, Reserved, Tolerances
+from symoro_elastic.numerics.within.search import NOTHING_TAKEN
 from symoro_elastic.numerics.within.states import Box, Point, joined
 from symoro_elastic.numerics.within.trials import UNSEEN, Task, Trial, Worst
 from symoro_elastic.symbolic.program import Names, Program
@@ -127,9 +128,11 @@ def _reduction(task: Task, judges: Judges) -> Reduction:
 def _search(task: Task, judges: Judges, best: Best) -> None:
     """Note the best trial."""
     sample, limits, far, improved = task.first_sample(), np.ones(len(task.allowed)), 0, 0
+    former = NOTHING_TAKEN
     for number in range(MOST_SEARCHES if task.candidates and len(limits) else 0):
         judges.watched(f"leave out, search {number + 1}")
-        trial = task.searched(sample, limits, number)
+        trial = task.searched(sample, limits, number, former)
+        former = trial.found
         if not trial.taken:
             return
         worst = judges.worst_of(trial)

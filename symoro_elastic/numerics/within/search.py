@@ -25,7 +25,7 @@ from symoro_elastic.numerics.within.tape import Change, Changes, Rows, Tape
 from symoro_elastic.symbolic.operations import DIVIDE
 
 LIMITS = (0.3, 0.6, 0.8, 0.92, 1.0)
-"""Of the limits."""
+"""Of the limits, one for each step."""
 GIVEN_BACK = 5
 MOST_PASSES = 12
 PIVOT_CHANGE = 0.1
@@ -38,6 +38,17 @@ class Sample:
 
     states: Array
     weights: Array
+
+
+@dataclass(frozen=True)
+class Taken:
+    """The changes that a search took, in order, and how many it had at the end of each step."""
+
+    changes: Sequence[Change] = ()
+    steps: Sequence[int] = ()
+
+
+NOTHING_TAKEN = Taken()
 
 
 Accepts = Callable[[Sequence[Change]], bool]
@@ -66,11 +77,14 @@ class Search:
         self._denominators = sorted({tape.operands[k][1] for k, x in enumerate(tape.operations) if x == DIVIDE})
         self._pivots = [self._rows[k].copy() for k in self._denominators]
 
-    def run(self) -> list[Change]:
-        """Return the changes taken, in order: errors are within the limits at all states of the sample."""
-        taken: list[Change] = []
+    def run(self, former: Taken = NOTHING_TAKEN) -> Taken:
+        """Return the changes taken: errors are within the limits at all states of the sample.
+
+        It goes on from a `former` search, as far as that is within the limits here.
+        """
+        taken, steps = self._still_within(former)
         begun = self._begun(taken)
-        for share in LIMITS:
+        for share in LIMITS[len(steps) :]:
             refused: set[Change] = set()
             for _ in range(MOST_PASSES):
                 with np.errstate(all="ignore"):
@@ -82,7 +96,20 @@ class Search:
                 begun = self._begun(taken)
                 if not found:
                     refused.add(tried[0])
-        return taken
+            steps.append(len(taken))
+        return Taken(taken, steps)
+
+    def _still_within(self, former: Taken) -> tuple[list[Change], list[int]]:
+        """Return what a former search had taken at the end of a step, of the last one that is within its limit here.
+
+        The last step of all is searched anew.
+        """
+        before = list(zip(former.steps, LIMITS, strict=True))[:-1] if former.changes else []
+        for number, (count, limit) in reversed(list(enumerate(before))):
+            taken = list(former.changes[:count])
+            if taken and self._is_within(taken, limit) and self._accepts(taken):
+                return taken, list(former.steps[: number + 1])
+        return [], []
 
     def errors(self, taken: list[Change]) -> Array:
         """Return signed errors of results (results, states), of their limits; rows have the values of these changes."""

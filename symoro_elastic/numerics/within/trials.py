@@ -17,7 +17,7 @@ from symoro_elastic.numerics.within.left_out import left_out_of
 from symoro_elastic.numerics.within.liveness import Liveness
 from symoro_elastic.numerics.within.rebuild import rebuilt, with_values
 from symoro_elastic.numerics.within.results import NOTHING, EntryError, ErrorBound, Reduction, Reserved, Tolerances
-from symoro_elastic.numerics.within.search import Accepts, Sample, Search, accept_all
+from symoro_elastic.numerics.within.search import NOTHING_TAKEN, Accepts, Sample, Search, Taken, accept_all
 from symoro_elastic.numerics.within.states import Bounds, Box, joined
 from symoro_elastic.numerics.within.tape import NO_CHANGES, Change, Changes, Kind, Tape
 from symoro_elastic.numerics.within.tolerances import allowed_errors, reserved_of
@@ -128,32 +128,33 @@ class Task:
             weights[:, rest] *= np.where(zero, 1 / STILL_ZERO, 1.0)
         return Sample(states, weights)
 
-    def searched(self, states: Array, limits: Array, number: int) -> Trial:
-        """Return what a search finds at these states."""
-        taken = Search(self.tape, self.candidates, self.sample(states, limits), self._accept).run()
-        return Trial(self, taken, states, number)
+    def searched(self, states: Array, limits: Array, number: int, former: Taken = NOTHING_TAKEN) -> Trial:
+        """Return what a search finds at these states, which goes on from a former one."""
+        found = Search(self.tape, self.candidates, self.sample(states, limits), self._accept).run(former)
+        return Trial(self, found, states, number)
 
     def unchanged(self) -> Trial:
         """Return the program as it is."""
-        return Trial(self, [], self.first_sample(), 0)
+        return Trial(self, NOTHING_TAKEN, self.first_sample(), 0)
 
 
 class Trial:
     """A reduced program, and its errors by result, of their tolerances."""
 
-    def __init__(self, task: Task, taken: Sequence[Change], states: Array, number: int) -> None:
-        self.task, self.taken, self._number = task, taken, number
-        self.changes = Changes.of(taken)
+    def __init__(self, task: Task, found: Taken, states: Array, number: int) -> None:
+        self.task, self.found, self._number = task, found, number
+        self.taken = found.changes
+        self.changes = Changes.of(self.taken)
         self.values = rebuilt(task.tape, self.changes)
         self.outputs = with_values(task.program, self.values)
         names = task.names.moved(self.values)
-        self.reduced = build(task.program.inputs, self.outputs, names) if taken else task.program
+        self.reduced = build(task.program.inputs, self.outputs, names) if self.taken else task.program
         self.tape = Tape(self.reduced, task.positions)
         self.sampled = self.climbed = self.unseen = np.zeros(len(task.allowed))
         self.confident: Array | None = None
         self.bounded: Array | None = None
         self.shift: float | None = None
-        if taken:
+        if self.taken:
             self._compare(states)
 
     def _compare(self, states: Array) -> None:
@@ -162,8 +163,8 @@ class Trial:
         exact, changed = (tape.values(tape.rows(states, x)) for x in (NO_CHANGES, self.changes))
         errors = (changed - exact) * weights[:, None]
         self.sampled = np.abs(errors).max(axis=1)
-        self._found = climb(tape, box, self.changes, states, errors, weights)
-        self.climbed = self._found.largest
+        self._worst = climb(tape, box, self.changes, states, errors, weights)
+        self.climbed = self._worst.largest
 
     def keeps_frequencies(self) -> bool:
         """Whether natural frequencies are within their tolerance; where not, the next search looks there, too."""
@@ -183,7 +184,7 @@ class Trial:
         worst = np.maximum(self.climbed, seen.worst)
         if (worst <= 1).all():
             return None
-        climbed = self._found.states[:, np.abs(self._found.errors) > JOINING]
+        climbed = self._worst.states[:, np.abs(self._worst.errors) > JOINING]
         return Worst(worst, [climbed, seen.worst_states(self.task.box, EACH, JOINING)])
 
     def too_large_unseen(self, states: int, with_bound: bool) -> Worst | None:

@@ -55,15 +55,16 @@ class _Climber:
         self._weights, self._result = weights, result.astype(int)
         self._states = np.arange(len(weights))
         self._sweep = Sweep(tape, 1, len(weights))
-        self._rows = [[tape.rows_in(np.empty((tape.count, n * len(weights)))) for _ in range(2)] for n in (1, MOVES)]
+        self._numbers = [[np.zeros((tape.count, n * len(weights))) for _ in range(2)] for n in (1, MOVES)]
+        self._rows = [[tape.rows_in(numbers) for numbers in both] for both in self._numbers]
         self._steps = [tape.steps(x, roots=tape.results) for x in (NO_CHANGES, changes)]
         self.error = np.zeros(len(weights))
 
     def climbed(self, at: Array) -> Array:
         """Return the states that are reached."""
         step = np.full(at.shape[1], FIRST_STEP)
+        self.error = self._errors(at)
         for _ in range(STEPS):
-            self.error = self._errors(at)
             at, moved = self._best(at, self._moves(at, self._gradient(), step))
             step = np.where(moved, step * LONGER, step * SHORTER)
         return at
@@ -78,14 +79,17 @@ class _Climber:
         return [np.where(is_position, at, corner), along, np.where(is_position, along, corner)]
 
     def _best(self, at: Array, moves: Sequence[Array]) -> tuple[Array, BoolArray]:
-        """The worst state of these for each, and where its positions have moved."""
-        moved = np.zeros(at.shape[1], dtype=bool)
+        """The worst state of these for each, and where its positions have moved; the rows are those at the worst."""
         errors = self._errors(np.concatenate(moves, axis=1), MOVES).reshape(MOVES, -1)
+        chosen = np.full(at.shape[1], -1)
         for number, (other, error) in enumerate(zip(moves, errors, strict=True)):
             worse = np.abs(error) > np.abs(self.error)
             self.error = np.where(worse, error, self.error)
-            at, moved = np.where(worse, other, at), np.where(worse, number > 0, moved)
-        return at, moved
+            at, chosen = np.where(worse, other, at), np.where(worse, number, chosen)
+        better = np.flatnonzero(chosen >= 0)
+        for numbers, of_moves in zip(*self._numbers, strict=True):
+            numbers[:, better] = of_moves[:, chosen[better] * len(chosen) + better]
+        return at, chosen > 0
 
     def _errors(self, at: Array, times: int = 1) -> Array:
         """Errors of the own result of each state, signed, so many times all states; the rows are those at `at`."""

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from symoro_elastic.machine.within import Tolerance
+from symoro_elastic.numerics.within.candidates import candidates_of
 from symoro_elastic.numerics.within.reduction import reduce_program
 from symoro_elastic.numerics.within.results import Reduction
+from symoro_elastic.numerics.within.search import Sample, Search, largest
 from symoro_elastic.numerics.within.tape import Changes, Kind, Tape
 from symoro_elastic.numerics.within.unseen import unseen
 from symoro_elastic.numerics.within.worst_states import climb
@@ -256,6 +258,24 @@ def test_the_same_seed_gives_the_same_program() -> None:
     first, again, other = (reduced(case, 0.05, seed=seed) for seed in (4, 4, 5))
     assert first.left_out == again.left_out and first.errors == again.errors and first.outputs == again.outputs
     assert other.errors != first.errors
+
+
+def searched(case: Case, limit: float, states: int) -> Search:
+    tape = Tape(case.program)
+    drawn_states = case.bounds().draw(states, np.random.default_rng(3))
+    weights = 1 / (limit * np.abs(tape.values(tape.rows(drawn_states))).max(axis=1, keepdims=True))
+    sample = Sample(drawn_states, np.repeat(weights, states, axis=1))
+    return Search(tape, candidates_of(tape, tape.rows(drawn_states)), sample)
+
+
+def test_a_search_goes_on_from_what_is_still_within_its_limits() -> None:
+    former = searched(puma(), 0.05, 300).run()
+    for limit, number in ((0.05, 2), (0.03, 0)):
+        search = searched(puma(), limit, 900)
+        found = search.run(former)
+        kept = [count for count in former.steps if found.changes[:count] == former.changes[:count]]
+        assert kept == former.steps[:number], limit
+        assert largest(search.errors(list(found.changes))) <= 1, limit
 
 
 def test_names_stay() -> None:
