@@ -18,6 +18,7 @@ from symoro_elastic.codegen.printed_order import in_place_of, in_printed_order
 from symoro_elastic.foundation.array_types import Array
 from symoro_elastic.foundation.progress import Progress, no_progress
 from symoro_elastic.foundation.results import Result
+from symoro_elastic.numerics.guarantees.affine_bounds import Forms, forms_of
 from symoro_elastic.numerics.guarantees.box import Box, points
 from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.linear_solver import Solver
@@ -168,14 +169,22 @@ class Subject:
         """Ranges and errors of all nodes over sub-boxes (lemma 1)."""
         return running_errors(self.nodes, parts, self.rounding, self._angles, self.knowledge(parts))
 
-    def errors(self, bounds: Bounds, adjoints: bool = True) -> Array:
-        """The error of each result by sub-box: the smaller one of lemmas 1 and 2."""
+    def closer(self, bounds: Bounds, parts: Parts) -> tuple[Bounds, Forms | None]:
+        """Smaller ranges and errors of all nodes from affine forms (lemma 9), and the forms with these."""
+        forms = forms_of(self.nodes, bounds, parts, len(self.results))
+        if forms is None:
+            return bounds, None
+        closer = replace(self, knowledge=lambda parts: forms.narrowing()).bounds(parts)
+        return closer, forms_of(self.nodes, closer, parts)
+
+    def errors(self, bounds: Bounds, adjoints: bool = True, forms: Forms | None = None) -> Array:
+        """The error of each result by sub-box: the smaller one of lemmas 1 and 2, this with adjoints of forms, too."""
         running = np.empty((len(self.results), *bounds.shape))
         for row, x in zip(running, self.results, strict=True):
             row[...] = bounds.error_of(x)
         if not adjoints or not len(running):
             return running
-        by_adjoints: Array = errors_by_adjoints(self.nodes, self.results, bounds)
+        by_adjoints: Array = errors_by_adjoints(self.nodes, self.results, bounds, forms)
         smaller: Array = np.minimum(running, by_adjoints)
         return smaller
 
@@ -206,8 +215,8 @@ def certify(
 def certificate_over(subject: Subject, machine: str, parts: Parts, seed: int = 0) -> Certificate:
     """What a function guarantees over its box, from these sub-boxes of it."""
     subject = subject.as_printed()
-    bounds = subject.bounds(parts)
-    by_operations = subject.errors(bounds)
+    bounds, forms = subject.closer(subject.bounds(parts), parts)
+    by_operations = subject.errors(bounds, forms=forms)
     bounds = subject.solved(bounds, parts)
     errors = np.minimum(by_operations, subject.errors(bounds, adjoints=False)).max(axis=1, initial=0.0)
     drawn = _drawn(subject, np.random.default_rng(seed))

@@ -17,6 +17,7 @@ from symoro_elastic.codegen.c.printers import is_given
 from symoro_elastic.codegen.printers import constant_values
 from symoro_elastic.machine.limits import Range
 from symoro_elastic.numerics.arrays import EXTENDED, HAS_EXTENDED, arithmetic
+from symoro_elastic.numerics.guarantees.affine_bounds import forms_of
 from symoro_elastic.numerics.guarantees.box import Box
 from symoro_elastic.numerics.guarantees.dropped_terms import ChangedNodes, errors_of_changes
 from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
@@ -135,7 +136,12 @@ def proven(root: Expression, rounding: Rounding) -> dict[str, float]:
     given = [node.operands[0] for node in nodes if node.operation in (SIN, COS) and is_given(node.operands[0])]
     angles = {node.id for node in reachable(given)}
     bounds = running_errors(nodes, BOX.whole, rounding, angles)
+    forms = forms_of(nodes, bounds, BOX.whole)
+    assert forms
+    closer = running_errors(nodes, BOX.whole, rounding, angles, forms.narrowing())
     return {
+        "lemma 9": float(np.max(closer.error_of(root))),
+        "lemma 2 with it": float(errors_by_adjoints(nodes, [root], closer, forms_of(nodes, closer, BOX.whole)).max()),
         "lemma 1": float(np.max(bounds.error_of(root))),
         "lemma 2": float(errors_by_adjoints(nodes, [root], bounds).max()),
         "polynomials": rounding_bound(root, BOX, rounding).bound,
