@@ -9,8 +9,14 @@ cancels here, up to products of widths (J. Stolfi, L. de Figueiredo, Self-valida
 
 with R = sum |a_k| + rest and h = (sum |a1_k a2_k|)/2: each e_k^2 lies in [0, 1], all other products are at most 1.
 Convex and concave functions f of y in [a, b] are p y + m +- d, p the slope of the chord (Chebyshev): for 1/y and roots
-f - p y is largest and least at both ends and where f' = p. Sines are their tangents in the middle, off by half of the
-square of the distance; what is left (arc tangents, signs, extrema) is an interval.
+f - p y is largest and least at both ends and where f' = p. What is left (arc tangents, signs, extrema) is an interval.
+
+**Sines and cosines** of m + t, |t| <= h <= pi, are sums of products with cos t and sin t:
+
+    cos t = 1 - u + u e,   u = (1 - cos h)/2,       sin t = p t + g e',   p = (sin h)/h,   g = sin t' - p t', cos t' = p
+
+for the sine is concave from 0 to pi, and odd. With variables e and e' of their own, which are the same wherever the
+angle is, nothing is left but rounding; else they are part of the rest.
 
 Where an interval of the same quantity is known, it counts for ranges of functions. Numbers are computed to nearest: the
 rest takes `ROUNDING` of the sizes of all terms, hundreds of times what they may be off.
@@ -19,7 +25,7 @@ rest takes `ROUNDING` of the sizes of all terms, hundreds of times what they may
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeAlias, final
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -35,16 +41,19 @@ ROUNDING = 2.0**-44
 TINY = 1e-300
 """More than what products lose below the smallest numbers."""
 NO_SLOPES = np.zeros(1)
+MOST_OF_CIRCLE = 3.14
+"""Of h, the half width of an angle: beyond, its sine is an interval."""
 
 
 @final
 class Affine:
     """Center and rest (...), slopes (..., variables); `known` is an interval of the same quantity, if there is one."""
 
-    __slots__ = ("center", "known", "radius", "rest", "slopes")
+    __slots__ = ("center", "known", "of_circle", "radius", "rest", "slopes")
 
     def __init__(self, center: Array, slopes: Array, rest: Array, known: Interval | None = None) -> None:
         self.center, self.slopes, self.rest, self.known = center, slopes, rest, known
+        self.of_circle: tuple[int, int] | None = None
         self.radius = np.abs(slopes).sum(axis=-1) * (1 + ROUNDING) + rest
 
     def __add__(self, other: Operand) -> Affine:
@@ -149,14 +158,29 @@ def variable(x: Interval, number: int, count: int) -> Affine:
     return Affine(center, slopes, np.zeros_like(center), x)
 
 
-def _tangent(x: Affine, value: Callable[..., Any], slope: Callable[..., Any], sign: int, name: str) -> Affine:
-    """The tangent in the middle; the second derivative is minus the function itself."""
+def _circle(x: Affine, name: str) -> Affine:
+    """A sine or a cosine of x = m + t, |t| <= h: of both parts in (cos m cos t, sin m sin t), up to signs."""
     found = x.range
     bounds: Interval = INTERVALS.operations[name](found)
-    middle, half = found.low / 2 + found.high / 2, (found.high - found.low) / 2
-    s = sign * slope(middle)
-    off = half**2 / 2 * bounds.magnitude
-    return x.line(s, value(middle) - s * middle, off, 1 + abs(s * middle) + off).at_most(bounds)
+    middle = found.low / 2 + found.high / 2
+    half = np.maximum(found.high - middle, middle - found.low) * (1 + ROUNDING)
+    half = np.where(half <= MOST_OF_CIRCLE, half, np.nan)
+    even, odd = (np.sin(middle), np.cos(middle)) if name == SIN else (np.cos(middle), -np.sin(middle))
+    chord = np.where(half > 0, np.sin(half) / np.where(half > 0, half, 1.0), 1.0)
+    above = np.sin(at := np.arccos(np.minimum(chord, 1.0))) - chord * at + ROUNDING
+    up = (1 - np.cos(half)) / 2 + ROUNDING
+    line = x.line(odd * chord, even * (1 - up) - odd * chord * middle, np.zeros_like(even), 4 + abs(middle))
+    return _with(line, x.of_circle, (abs(even) * up, even * up), (abs(odd) * above, odd * above)).at_most(bounds)
+
+
+def _with(x: Affine, numbers: tuple[int, int] | None, *more: tuple[Array, Array]) -> Affine:
+    """A form with terms (magnitude, slope) of variables with these numbers; in its rest where there are none."""
+    if numbers is None:
+        return x.widened(sum((size for size, _ in more), start=np.zeros_like(x.center)))
+    slopes = x.slopes.copy()
+    for number, (_, slope) in zip(numbers, more, strict=True):
+        slopes[..., number] += slope
+    return Affine(x.center, slopes, x.rest)
 
 
 def _sqrt(x: Affine) -> Affine:
@@ -175,8 +199,8 @@ def _by_interval(name: str) -> Callable[..., Affine]:
 
 
 _FUNCTIONS: dict[str, Callable[..., Affine]] = {
-    SIN: lambda x: _tangent(x, np.sin, np.cos, 1, SIN),
-    COS: lambda x: _tangent(x, np.cos, np.sin, -1, COS),
+    SIN: lambda x: _circle(x, SIN),
+    COS: lambda x: _circle(x, COS),
     SQRT: _sqrt,
     **{name: _by_interval(name) for name in (SIGN, MINIMUM, MAXIMUM, ATAN2, COSPI, PI)},
 }

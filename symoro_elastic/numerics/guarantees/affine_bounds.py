@@ -26,7 +26,7 @@ from symoro_elastic.numerics.guarantees.intervals import Interval
 from symoro_elastic.numerics.guarantees.running_error import Bounds, Known
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts
 from symoro_elastic.symbolic.expression import Expression, Level, Operand
-from symoro_elastic.symbolic.operations import SIGN, SYMBOL
+from symoro_elastic.symbolic.operations import COS, SIGN, SIN, SYMBOL
 
 MOST_NUMBERS = 5e7
 """Slopes of the adjoints of all nodes, results, sub-boxes and variables: beyond, intervals have to do."""
@@ -65,23 +65,37 @@ def forms_of(nodes: Sequence[Expression], bounds: Bounds, parts: Parts, results:
     With `results` that counts their adjoints, too.
     """
     names = [name for name, x in parts.items() if np.any(x.low < x.high)]
-    if not names or len(nodes) * (1 + results) * np.prod(bounds.shape) * len(names) > MOST_NUMBERS:
+    angles = _angles(nodes)
+    count = len(names) + 2 * len(angles)
+    if not names or len(nodes) * (1 + results) * np.prod(bounds.shape) * count > MOST_NUMBERS:
         return None
+    symbols = {
+        name: variable(x, names.index(name), count) if name in names else of_interval(x) for name, x in parts.items()
+    }
     found: dict[int, Affine] = {}
     forms = Forms(bounds, found)
     with np.errstate(all="ignore"):
         for node in nodes:
-            computed = bounds.computed(node)
-            if node.level == Level.CONSTANT or node.operation == SIGN:
-                found[node.id] = of_interval(computed)
-                continue
-            if node.operation == SYMBOL:
-                form = _of_symbol(str(node.operands[0]), parts, names)
-            else:
-                form = AFFINE.operations[node.operation](*map(forms.of, node.operands))
-            found[node.id] = form.widened(bounds.local[node.id]).at_most(computed)
+            found[node.id] = _form(node, forms, symbols)
+            if node.id in angles and found[node.id].slopes.shape[-1] == count:
+                number = len(names) + 2 * angles[node.id]
+                found[node.id].of_circle = number, number + 1
     return forms
 
 
-def _of_symbol(name: str, parts: Parts, names: Sequence[str]) -> Affine:
-    return variable(parts[name], names.index(name), len(names)) if name in names else of_interval(parts[name])
+def _angles(nodes: Sequence[Expression]) -> dict[int, int]:
+    """What sines and cosines are of, in order."""
+    of = (node.operands[0] for node in nodes if node.operation in (SIN, COS))
+    return {number: k for k, number in enumerate(dict.fromkeys(x.id for x in of if type(x) is Expression))}
+
+
+def _form(node: Expression, forms: Forms, symbols: Mapping[str, Affine]) -> Affine:
+    """The form of a node as it is computed, from those of its operands."""
+    computed = forms.bounds.computed(node)
+    if node.level == Level.CONSTANT or node.operation == SIGN:
+        return of_interval(computed)
+    if node.operation == SYMBOL:
+        form = symbols[str(node.operands[0])]
+    else:
+        form = AFFINE.operations[node.operation](*map(forms.of, node.operands))
+    return form.widened(forms.bounds.local[node.id]).at_most(computed)

@@ -76,6 +76,25 @@ def test_forms_hold_all_values(name: str, least: float) -> None:
     assert name in ("atan2", "minimum", "maximum", "sign") or np.median(worst / found.rest) > 0.1
 
 
+@pytest.mark.parametrize("half", [1e-3, 0.3, 2.0, 3.1])
+def test_sine_and_cosine_of_an_angle_share_their_variables(half: float) -> None:
+    middles = np.linspace(-8, 8, 33)
+    x = variable(Interval(middles - half, middles + half), 0, 3)
+    x.of_circle = 1, 2
+    forms = {name: AFFINE.operations[name](x) for name in ("sin", "cos")}
+    for t in np.linspace(-half, half, 41).astype(np.longdouble):
+        exact = np.array([np.sin(middles + t), np.cos(middles + t)]) - np.array(
+            [forms[name].center + forms[name].slopes[:, 0] * float(t / half) for name in ("sin", "cos")]
+        )
+        shared = np.array([forms[name].slopes[:, 1:] for name in ("sin", "cos")]).transpose(1, 0, 2)
+        e = np.linalg.lstsq(shared[0], exact[:, 0].astype(float), rcond=1e-9)[0]
+        assert (np.abs(e) <= 1 + 1e-9).all()
+        left = exact.T - shared @ e
+        assert (np.abs(left) <= np.array([forms["sin"].rest, forms["cos"].rest]).T + 1e-12).all()
+    assert max(float(f.rest.max()) for f in forms.values()) < 1e-11
+    assert (forms["sin"] * forms["sin"] + forms["cos"] * forms["cos"]).range.magnitude.max() < 1 + 2 * half**2
+
+
 @np.errstate(all="ignore")
 def test_what_is_not_bounded_stays_so() -> None:
     zero = variable(Interval(np.array([-1.0]), np.array([1.0])), 0, 1)
