@@ -29,7 +29,7 @@ from symoro_elastic.models.catalogue import TracedModel, in_form
 from symoro_elastic.models.inertia_form import DIRECT
 from symoro_elastic.models.packaging import reserved_words
 from symoro_elastic.models.traced import Traced
-from symoro_elastic.numerics.guarantees.box import LIMITED, POSITION, box_of
+from symoro_elastic.numerics.guarantees.box import LIMITED, POSITION, Box, box_of
 from symoro_elastic.numerics.guarantees.certificate import MOST_SUB_BOXES, Certificate, EntryBound, Subject, labels
 from symoro_elastic.numerics.guarantees.certificates import Certificates, Effort, certificate_of, subject_of
 from symoro_elastic.numerics.guarantees.fixed_point import FIXED_ROUNDING, Total, in_fixed_point, refuse_impossible
@@ -255,17 +255,30 @@ def _reports(
     for whole, function, one in zip(asked.package.functions, reduced.package.functions, made, strict=True):
         reduction = one.reduction
         wholes = [_subject(asked, physical, limits, whole, rounding) for rounding in roundings]
-        boxes = [each.box for each in wholes]
+        boxes = [_box_of_both(each, function, asked, limits) for each in wholes]
         subjects = wholes
         if one.subject:
             subjects = [replace(one.subject, function=function, rounding=rounding) for rounding in roundings]
         elif reduction.left_out:
-            subjects = [Subject(function, each.box, each.rounding) for each in wholes]  # pivots are others
+            pairs = zip(wholes, boxes, strict=True)
+            subjects = [Subject(function, box, each.rounding) for each, box in pairs]  # pivots are others
         certificates = tuple(_total(_certificate(each, asked.whole.name), reduction) for each in subjects)
         lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if reduction.left_out else None
         found.append(ReducedModel(function.name, within, reduction, certificates, lost, bool(one.subject)))
         _refuse_rounding(found[-1], reduced.whole)
     return found
+
+
+def _box_of_both(whole: Subject, function: Function, asked: Traced, limits: Limits) -> Box:
+    """The box of a whole function, and of what its reduced one depends on beside that.
+
+    Derivatives of energies may have velocities that cancel in the equations of motion.
+    """
+    box, more = whole.box, function.program.used - whole.box.ranges.keys()
+    if not more:
+        return box
+    found = box_of(asked.machine, limits, function.program.inputs, more)
+    return Box({**box.ranges, **found.ranges}, box.positions | found.positions)
 
 
 def _subject(asked: Traced, physical: Machine, limits: Limits, function: Function, rounding: Rounding) -> Subject:

@@ -3,6 +3,7 @@
     python -m tests.benchmarks.certificates [--states 1000000] [--machines NAME ...] [--sub-boxes 64] [--polynomials]
         [--held-out] [--form inertia] [--boxes ...] [--models ...]
     OPENBLAS_NUM_THREADS=1 python -m tests.benchmarks.certificates --within
+    OPENBLAS_NUM_THREADS=1 python -m tests.benchmarks.certificates --reduced [--held-out] [--states 100000]
 
 Each machine has its models certified in double and single precision, in its whole box (full turns, 0.4 m, 2 rad/s,
 5 rad/s2, 50 N m; springs bent by 0.01 rad or 2 mm) and in a moderate one (a fifth of it). A row says how many results
@@ -13,6 +14,8 @@ exceeded are listed as they are found, and the run fails.
 
 `--within` says what a search for terms that may be left out takes, in seconds of one processor: looking for them and
 climbing to the worst states (search), bounds on all states (proof), and a million states that no search has seen.
+
+`--reduced` attacks models with terms left out, and measures what structure they keep (`reduced_models.py`).
 """
 
 from __future__ import annotations
@@ -47,6 +50,7 @@ from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.numerics.guarantees.wording import divisors, overflow
 from symoro_elastic.numerics.values import parameter_values
 from tests.benchmarks.attack_in_c import attack_in_c
+from tests.benchmarks.reduced_models import attack_reduced
 from tests.closed_chains.machines import FILES
 from tests.closed_chains.machines import machine as closed_machine
 from tests.numerics.guarantees.attack import ROUNDED, SLACK, Attack, Worst, results_as_printed
@@ -208,9 +212,16 @@ def main() -> None:
     parser.add_argument("--models", nargs="*", default=[*MODELS])
     parser.add_argument("--form", choices=(RECURSION, INERTIA), default=RECURSION, help="of direct models")
     parser.add_argument("--within", action="store_true", help="time searches for terms that may be left out")
+    parser.add_argument("--reduced", action="store_true", help="attack models with terms left out")
     options = parser.parse_args()
     if options.within:
         print_searches()
+        return
+    if options.reduced:
+        asked = held_out() if options.held_out else machines()
+        broken = sum(attack_reduced(asked, options.machines, BOXES[box], options.states) for box in options.boxes[:1])
+        if broken:
+            raise SystemExit(f"{broken} reduced models break what is said of them")
         return
     effort = Effort(options.sub_boxes, polynomials=options.polynomials)
     rows: dict[tuple[str, str, str], list[list[float]]] = {}

@@ -10,6 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from symoro_elastic.foundation.array_types import Array, BoolArray
+from symoro_elastic.foundation.errors import InputError
+from symoro_elastic.machine.format_names import in_words, is_robot
 from symoro_elastic.machine.limits import Limits, Range
 from symoro_elastic.machine.machine import Joint, Machine
 from symoro_elastic.numerics.guarantees.intervals import Interval
@@ -97,7 +99,8 @@ def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iter
     Variables that turn, and have no limits, take whole turns. Of `inputs` only the variables in `used` count, if given.
     """
     needed = {*used}
-    ranges: dict[str, Range] = {}
+    ranges: dict[str, Range | None] = {}
+    missing: dict[str, list[Joint]] = {}
     positions = set()
     for argument in inputs:
         if argument.name not in LIMITED:
@@ -105,10 +108,15 @@ def box_of(machine: Machine, limits: Limits, inputs: Iterable[Input], used: Iter
             raise machine.error("limits", what)
         for name, joint in zip(argument.symbols, _joints(machine, argument.name), strict=True):
             if not needed or name in needed:
-                ranges[name] = _range(machine, limits, joint, LIMITED[argument.name])
+                ranges[name] = _range(limits, joint, LIMITED[argument.name])
+                if ranges[name] is None:
+                    missing.setdefault(LIMITED[argument.name], []).append(joint)
                 positions |= {name} if LIMITED[argument.name] == POSITION else set()
+    if missing:
+        raise _without_limits(machine, missing)
     parameters = [each.name for each in machine.parameters if not needed or each.name in needed]
-    return Box({**ranges, **parameter_box(machine, limits, parameters).ranges}, frozenset(positions))
+    given = {name: x for name, x in ranges.items() if x is not None}
+    return Box({**given, **parameter_box(machine, limits, parameters).ranges}, frozenset(positions))
 
 
 def parameter_box(machine: Machine, limits: Limits, names: Iterable[str] | None = None) -> Box:
@@ -122,15 +130,23 @@ def _joints(machine: Machine, argument: str) -> Sequence[Joint]:
     return [machine.joint(j) for j in numbers[QUANTITIES[argument].follows]]
 
 
-def _range(machine: Machine, limits: Limits, joint: Joint, quantity: str) -> Range:
+def _range(limits: Limits, joint: Joint, quantity: str) -> Range | None:
+    """The range of a quantity of a joint; None where it has none."""
     found: Range | None = getattr(limits.of(joint.name), quantity)
-    if found is not None:
-        return found
-    if quantity == POSITION and joint.sigma == 0:
-        return FULL_TURN
+    return FULL_TURN if found is None and quantity == POSITION and joint.sigma == 0 else found
+
+
+def _without_limits(machine: Machine, missing: Mapping[str, Sequence[Joint]]) -> InputError:
+    """The error of joints that have no range of a quantity: the first, and which others are missing."""
+    (quantity, (joint, *others)), *more = missing.items()
     example = {POSITION: "[-0.4, 0.4]", "velocity": "2", "acceleration": "20", "torque": "300"}[quantity]
-    what = f"has no {quantity}: give it, as in [limits] {joint.name} = {{ {quantity} = {example} }}"
-    raise machine.error(f"limits, {joint.name}", what)
+    way = "convert the file to .toml, and give it there" if is_robot(machine.label) else "give it"
+    what = f"has no {quantity}: {way}, as in [limits] {joint.name} = {{ {quantity} = {example} }}"
+    rest = [(quantity, others), *more]
+    lists = [f"{name} of {in_words([each.name for each in found], 'and')}" for name, found in rest if found]
+    return machine.error(
+        f"limits, {joint.name}", "; missing, too: ".join([what, "; ".join(lists)] if lists else [what])
+    )
 
 
 def _of_parameter(machine: Machine, limits: Limits, name: str) -> Range:

@@ -37,8 +37,8 @@ class EntryError:
 
     `largest` is its largest value at 20 000 states; `tolerance` what is allowed; `sampled` the largest error at states
     of the search, those of earlier climbs among them; `climbed` that found by climbing from there; `unseen` that at
-    states not searched; `confident` the bound on errors at as many more states, `bounded` the given bound on all,
-    None where they were not asked for.
+    states not searched; `confident` the bound on errors at as many more states, at least what is known, `bounded` the
+    given bound on all; None where they were not asked for.
     """
 
     output: str

@@ -236,7 +236,10 @@ class Trial:
     def _entry_errors(self) -> Iterator[EntryError]:
         task = self.task
         numbers = {place: number for number, place in enumerate(task.tape.results)}
-        columns = (self.sampled, self.climbed, self.unseen, self.confident, self.bounded)
+        confident = self.confident
+        if confident is not None:  # rare states that are known may be beyond what the tail tells
+            confident = np.max([confident, self.sampled, self.climbed, self.unseen], axis=0)
+        columns = (self.sampled, self.climbed, self.unseen, confident, self.bounded)
         unit = 1 / task.judging
         for output, places in zip(task.program.outputs, task.tape.entries, strict=True):
             for index, place in enumerate(places):

@@ -6,6 +6,7 @@ import ctypes
 import math
 import re
 import subprocess
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache, cached_property
 from pathlib import Path
@@ -25,10 +26,12 @@ from symoro_elastic.foundation.progress import announce_nothing, no_progress
 from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.generation.reduced import fixed_totals, models_in_fixed_point
 from symoro_elastic.machine.described import DescribedMachine
+from symoro_elastic.machine.limits import Limits, Range
 from symoro_elastic.machine.scene import Scene
 from symoro_elastic.machine.within import Guaranteed, Within, tolerance
 from symoro_elastic.numerics.guarantees.fixed_point import with_scales
-from tests.command_line import run
+from tests.command_line import refused, run
+from tests.examples import example
 from tests.numerics.guarantees.fixed import FixedCase
 
 ROOT = Path(__file__).parents[3]
@@ -87,6 +90,23 @@ def test_errors_are_never_above_what_is_proven(name: str, tmp_path: Path) -> Non
     assert in_box.all()
     error = np.abs(found * one.units - one.exact(states)).max(axis=0)
     assert (error <= one.proven + double_errors(name)).all(), error / one.proven
+
+
+def test_limits_of_a_robot_file_are_its_box_and_those_it_lacks_are_named(tmp_path: Path) -> None:
+    robot = ROOT / "examples" / "pendant_arm.urdf"
+    said = refused("generate", robot, "--target", "c-fixed", "--model", "inverse_dynamics", "--out", tmp_path)
+    assert "limits, wrist: has no velocity: convert the file to .toml, and give it there, as in [limits] wrist" in said
+    assert "missing, too: acceleration of waist, shoulder, elbow and wrist" in said
+    machine, limits = example("pendant_arm.urdf"), {}
+    for joint in ("waist", "shoulder", "elbow", "wrist"):
+        given = machine.limits.of(joint)
+        limits[joint] = replace(given, velocity=given.velocity or Range(-5, 5), acceleration=Range(-8, 8))
+    assert limits["elbow"].position == Range(-2.4, 2.4)
+    one = FixedCase(machine, Limits(limits), "inverse_dynamics")
+    states = one.states(STATES, np.random.default_rng(0))
+    in_box, found = one.run(states, tmp_path)
+    assert in_box.all()
+    assert (np.abs(found * one.units - one.exact(states)).max(axis=0) <= one.proven * (1 + 1e-6)).all()
 
 
 @pytest.mark.parametrize("name", ["planar_2r", "PUMA 560"])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from symoro_elastic.numerics.within.search import Sample, Search, largest
 from symoro_elastic.numerics.within.tape import Changes, Kind, Tape
 from symoro_elastic.numerics.within.unseen import unseen
 from symoro_elastic.numerics.within.worst_states import climb
+from symoro_elastic.symbolic.expression import Operand
 
 from .cases import Case, Range, drawn, of_expressions, operations, planar, puma, results_of, two_axis, values_of
 
@@ -251,6 +254,26 @@ def test_a_given_bound_is_kept() -> None:
     assert found.after.mul + found.after.add >= free.after.mul + free.after.add
     never = {output.name: [math.nan] * len(output.entries) for output in case.program.outputs}
     assert reduced(case, 0.1, bound=lambda program, other, changes: never, states=2000).reduced is case.program
+
+
+def rare(*x: Operand) -> Operand:
+    """A product that is large at rare states only, its 32nd power."""
+    product: Any = math.prod(x)
+    for _ in range(5):
+        product = product * product
+    return product
+
+
+def test_what_is_said_with_confidence_is_no_less_than_what_is_known() -> None:
+    """Many states are at the end of what is common; a rare one is beyond what their tail tells."""
+    case = of_expressions(
+        lambda v1, v2, **q: [v1 + (v2 + v2 * rare(*q.values())) * Fraction(1, 250)],
+        dict.fromkeys(("v1", "v2", "q1", "q2", "q3", "q4", "q5"), (-1.0, 1.0)),
+    )
+    found = reduced(case, 0.01, confident=True)
+    (error,) = found.errors
+    assert found.left_out and error.confident is not None and error.unseen > 0.0040002
+    assert error.confident >= max(error.sampled, error.climbed, error.unseen)
 
 
 def test_the_same_seed_gives_the_same_program() -> None:
