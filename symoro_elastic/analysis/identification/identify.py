@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -36,6 +37,14 @@ from symoro_elastic.analysis.identification.friction_laws import (
     refuse_laws,
     without_cogging,
 )
+from symoro_elastic.analysis.identification.late_columns import (
+    Delays,
+    Late,
+    delays_of,
+    late_velocities,
+    moved_back,
+    said_of_late,
+)
 from symoro_elastic.analysis.identification.mistakes import mistakes_of, refuse_wrapped
 from symoro_elastic.analysis.identification.noise import usual_correlation
 from symoro_elastic.analysis.identification.notes import of_encoders, of_sensors
@@ -53,6 +62,7 @@ from symoro_elastic.analysis.identification.regression import (
 from symoro_elastic.analysis.identification.sensors import (
     AUTO,
     DELAY,
+    NEVER,
     Columns,
     Sensors,
     Torques,
@@ -73,6 +83,7 @@ from symoro_elastic.numerics.independent_joints import moved_by
 STRUCTURAL = 1e-8  # independence at random states, of columns of length 1
 RANK_STATES = 60  # random states of the structural rank
 FEWEST_REVERSALS, SLOW = 2, 0.1  # of joints in a record that is not short; slow: of the largest velocity
+MOST_LATE = 6  # steps to late columns
 FAR = 200  # samples that tell what a unit of a parameter exerts
 
 
@@ -151,15 +162,42 @@ def identify(
     equations = _grouped(machine, Y, _known(Y.columns, known or {}, machine, unseen, seek))
     _refuse_amount(parted, chosen, len(equations.kept), trust is not None)
     step("stack")
-    stack = _Stack(equations, parted, chosen, laws or FrictionLaws())
+    stack, late = _in_time(partial(_Stack, equations, chosen=chosen, laws=laws or FrictionLaws()), parted, delay)
     step("solve")
     stack.hide(unseen)
     sensors, estimation, tau, bodies = stack.estimated(offsets, delay, trust, robust)
-    notes = *stack.notes(), *estimation.notes, *of_sensors(estimation, sensors, machine)
+    notes = *stack.notes(), *said_of_late(late, machine), *estimation.notes, *of_sensors(estimation, sensors, machine)
     notes += *(bodies.notes if bodies else ()), *mistakes_of(equations, stack.sampled, estimation.estimates)
     springs = _springs(estimation, stack.columns.Y, len(equations.kept))
     rest = springs, _neutral(estimation, machine), sensors, bodies, stack.laws
     return Identification(equations, estimation, stack.t, tau, chosen, notes, *rest)
+
+
+def _in_time(
+    stacked: Callable[[Sequence[Sequence[Measurements]]], _Stack], parted: Sequence[Sequence[Measurements]], delay: str
+) -> tuple[_Stack, list[Late]]:
+    """Return the rows of records whose columns are moved back that lag others by whole samples, and these.
+
+    None is moved unless all are in time then.
+    """
+    first = stack = stacked(parted)
+    if delay == NEVER or (chosen := first.sampled[0].chosen) is None:
+        return first, []
+    longest = max((record for pieces in parted for record in pieces), key=lambda record: len(record.t))
+    late = {one.key: one for one in late_velocities(longest, chosen)}
+    if late:
+        stack = stacked([[moved_back(record, late.values()) for record in pieces] for pieces in parted])
+    for _ in range(MOST_LATE):
+        delays = stack.delays()
+        if delays is None or (one := delays.clear) is None:
+            break
+        before = late[one.key].whole if one.key in late else 0
+        late[one.key] = replace(one, samples=one.whole + before)
+        stack = stacked([[moved_back(record, late.values()) for record in pieces] for pieces in parted])
+    in_time = delays is None or (not delays.clear and all(map(delays.leaves, late.values())))
+    if not in_time:
+        return first, []
+    return stack, [one for one in late.values() if one.whole]
 
 
 class _Stack:
@@ -200,6 +238,12 @@ class _Stack:
         notes += [*(first.chosen.described() if first.chosen else ()), *of_columns, *self._said, *self._unsettled]
         longest = dict(sorted(zip(self._numbers, self.sampled, strict=True), key=_samples)).values()
         return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
+
+    def delays(self) -> Delays | None:
+        """Return how late columns are; None where rows are too few."""
+        if self._is_short(self.columns.Y.shape[2]):
+            return None
+        return delays_of(self._equations, self.sampled, self.columns)
 
     def _is_short(self, parameters: int) -> bool:
         """Return whether rows are too few for least squares alone, or joints hardly reverse."""

@@ -132,7 +132,7 @@ def _is_late(late: tuple[float, float], columns: Columns) -> bool:
     return abs(late[0]) > max(SIGNIFICANT * late[1], LEAST_DELAY * columns.sampling)
 
 
-def _solved(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> tuple[list[int], LeastSquares]:
+def solved(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> tuple[list[int], LeastSquares]:
     """Return the columns that are independent, and the solution of these."""
     Y, noise = columns.joined(motors, slope)
     kept = list(independent_columns(balanced(Y), FROM_DATA).kept)
@@ -148,7 +148,7 @@ def _delay(columns: Columns, motors: Sequence[int]) -> tuple[float, float] | Non
     last = columns.Y.shape[2] + len(motors)
     for _ in range(ROUNDS):
         tau, slope = columns.torques(delay)
-        kept, solution = _solved(columns, motors, slope, tau)
+        kept, solution = solved(columns, motors, slope, tau)
         if last not in kept:
             return None
         step, std = float(solution.X[-1]), float(solution.std[-1])
@@ -203,7 +203,7 @@ def _largest(columns: Columns, motor: int, tau: Array) -> float:
 def _found_offsets(columns: Columns, motors: Sequence[int], slope: Array | None, tau: Array) -> dict[int, _Offset]:
     """Return offsets by motor, where they are independent of all else."""
     own = columns.Y.shape[2]
-    kept, solution = _solved(columns, motors, slope, tau)
+    kept, solution = solved(columns, motors, slope, tau)
     places = {m: kept.index(own + k) for k, m in enumerate(motors) if own + k in kept}
     beside = [k for k, c in enumerate(kept) if c < own]
     correlation = np.abs(solution.covariance / np.outer(solution.std, solution.std))
