@@ -125,15 +125,20 @@ def of_zero_pairs(tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]
     """Return lines about responses that the model cannot have: left out, cross talk where they were measured."""
     quiet, found = [], []
     for t, k in zero:
-        one = tests[t].responses[k]
-        largest = max(float(np.median(np.abs(x.H))) for x in tests[t].responses if x.input == one.input)
-        pair = f"{tests[t].name}: {one.pair}"
-        if np.median(np.abs(one.H)) > CROSS_TALK * largest:
+        pair = f"{tests[t].name}: {tests[t].responses[k].pair}"
+        if is_cross_talk(tests[t], k):
             what = "is zero in the model, and left out: the measurement has cross talk that the model cannot have"
             found.append(f"{pair} {what}")
         else:
             quiet.append(pair)
     return found + ([f"zero in the model, and left out: {', '.join(quiet)}"] if quiet else [])
+
+
+def is_cross_talk(test: VibrationTest, k: int) -> bool:
+    """Whether a response that the model cannot have was measured, beside others of its input."""
+    one = test.responses[k]
+    largest = max(float(np.median(np.abs(x.H))) for x in test.responses if x.input == one.input)
+    return bool(np.median(np.abs(one.H)) > CROSS_TALK * largest)
 
 
 def of_lost_modes(tests: Sequence[VibrationTest], predicted: Sequence[Predicted]) -> list[str]:

@@ -205,6 +205,18 @@ class Estimator:
         self._at_start: dict[bytes, list[Predicted]] = {}
         self.start, self.prior = predictions.sought.start, predictions.sought.prior
 
+    def of(self, predictions: Predictions) -> Estimator:
+        """Return the estimator of the same numbers by other predictions."""
+        tests = predictions.tests
+        lines = [replace(line, measured=_of(tests, line)) for line in self.lines]
+        found = Estimator(predictions, lines, self.alone.robust)
+        found._kernels = self._kernels
+        return found
+
+    def near(self, x: Array) -> Minimum:
+        """Return the minimum of the model alone near x; what is unknown of windows and zeros starts at none."""
+        return self._near(self.alone, np.concatenate([x, np.zeros(len(self.predictions.windowed))]))
+
     def fit(self, check: Callable[[Fit, Sequence[Predicted]], None] = lambda *_: None) -> Fit:
         """Return the first minimum that leaves no more than noise, or the best one of the model alone.
 
@@ -455,7 +467,7 @@ class Estimator:
         rows = np.arange(len(axes))
         points[rows, axes] = self.start[axes] + np.tile(ALONG, len(x)) * std[axes]
         taken: list[int] = []
-        for k in np.argsort([self._smoothed_cost(x, WIDTHS[0]) for x in points]).tolist():
+        for k in np.argsort([self.smoothed_cost(x, WIDTHS[0]) for x in points]).tolist():
             if all(np.abs((points[k] - points[one]) / std).max() > APART for one in taken):
                 taken.append(k)
             if len(taken) == MOST_ALONG:
@@ -466,21 +478,26 @@ class Estimator:
         """Yield minima of smoothed responses near the best of many points within the prior."""
         rng = np.random.default_rng(0)
         points = self.start + rng.uniform(-1, 1, (SCANNED, len(self.start))) / np.sqrt(self.prior)
-        order = np.argsort([self._smoothed_cost(x, WIDTHS[1]) for x in points])
+        order = np.argsort([self.smoothed_cost(x, WIDTHS[1]) for x in points])
         for k in order[:MOST_SCANNED]:
             yield self._of_smoothed(points[k])
 
-    def _smoothed_cost(self, x: Array, width: float) -> float:
+    def smoothed_cost(self, x: Array, width: float) -> float:
         """Return the mean |ln(G/H)|^2 of smoothed responses, infinite without equilibrium."""
         try:
-            predicted = self.predictions.at(x, slopes=False)
+            return self.smoothed_distance(self.predictions.at(x, slopes=False), width)
         except (InputError, np.linalg.LinAlgError):
             return math.inf
+
+    def smoothed_distance(self, predicted: Sequence[Predicted], width: float = WIDTHS[0]) -> float:
+        """Return the mean |ln(G/H)|^2 of smoothed responses from what is predicted, infinite where G is zero."""
         total = 0.0
         for line in self.lines:
             kernel = self._kernel(width, line)
-            G = predicted[line.test].responses[line.place].G[line.counted]
-            total += float(np.mean(np.abs(np.log((kernel @ G) / (kernel @ line.H))) ** 2))
+            ratio = (kernel @ predicted[line.test].responses[line.place].G[line.counted]) / (kernel @ line.H)
+            if not ratio.all():
+                return math.inf
+            total += float(np.mean(np.abs(np.log(ratio)) ** 2))
         return total if math.isfinite(total) else math.inf
 
     def _exchanged(self, fit: Fit) -> list[Array]:

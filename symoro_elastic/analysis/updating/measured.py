@@ -67,6 +67,10 @@ class VibrationTest:
     drives: tuple[str, ...] = ()
     window: Window | None = None
 
+    def with_zero(self, joint: str, zero: float) -> VibrationTest:
+        """Return the test with this added to the position of a joint."""
+        return replace(self, at={**self.at, joint: self.at.get(joint, 0.0) + zero})
+
 
 def with_windows(
     tests: Sequence[VibrationTest], kind: WindowKind, named: Window | None = None

@@ -284,7 +284,11 @@ class Misfit:
             self.beside.largest(x[m:]), self.beside.delays(x[m:], np.sqrt(np.diag(covariance)[m:])),
             self.beside.factors(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
             spikes=spikes,
-            windows=dict(zip(self.predictions.windowed, np.sqrt(np.diag(covariance)[p:m]).tolist(), strict=True)),
+            windows={
+                k: std
+                for k, std in zip(self.predictions.windowed, np.sqrt(np.diag(covariance)[p:m]).tolist(), strict=True)
+                if isinstance(k, int)
+            },
         )  # fmt: skip
 
     def _of_lines(self, r: Array) -> list[ComplexArray]:

@@ -28,8 +28,8 @@ from symoro_elastic.numerics.motion.inertia import refuse_singular
 LEAST_MAC = 0.5
 RIVALS = 0.1
 """MAC within which two modes both fit a measured one."""
-LARGEST_CHANGE, STEP = 3.0, 0.01
-"""Prior standard deviation of the change of a window, and the step of differences by it."""
+LARGEST_CHANGE, STEP, STEP_OF_ZERO = 3.0, 0.01, 1e-4
+"""Prior standard deviation of the change of a window or a zero, and the steps of differences by these."""
 
 
 @dataclass(frozen=True)
@@ -89,10 +89,13 @@ class Predictions:
         self.parameters = [name for name in sought.labels if name in self.motion.parameters]
         self._loops = loops_of(self.motion, self.parameters) if known else {}
 
-        self.windowed: tuple[int, ...] = ()
+        self.windowed: tuple[int | str, ...] = ()
 
-    def of(self, tests: Sequence[VibrationTest], windowed: Sequence[int] = ()) -> Predictions:
-        """Return predictions of other tests with the same signals; windows of those `windowed` (w) are unknown."""
+    def of(self, tests: Sequence[VibrationTest], windowed: Sequence[int | str] = ()) -> Predictions:
+        """Return predictions of other tests with the same signals; windows of those `windowed` (w) are unknown.
+
+        A name among these is that of a joint whose zero is unknown in all tests.
+        """
         found = copy.copy(self)
         found.tests, found.windowed = tuple(tests), tuple(windowed)
         return found
@@ -108,10 +111,12 @@ class Predictions:
         return np.concatenate([self.sought.prior, np.full(len(self.windowed), LARGEST_CHANGE**-2)])
 
     def tests_at(self, x: Array) -> tuple[VibrationTest, ...]:
-        """Return the tests with their windows at unknowns (p + w)."""
+        """Return the tests with their windows and zeros at unknowns (p + w)."""
         found = list(self.tests)
-        for k, c in zip(self.windowed, x[len(self.sought.unknowns) :].tolist(), strict=True):
-            found[k] = _changed(found[k], c)
+        for one, c in zip(self.windowed, x[len(self.sought.unknowns) :].tolist(), strict=True):
+            found = [
+                _changed(test, one, c) if one == k or isinstance(one, str) else test for k, test in enumerate(found)
+            ]
         return tuple(found)
 
     def at(self, x: Array, slopes: bool = True, tests: Sequence[VibrationTest] | None = None) -> list[Predicted]:
@@ -129,13 +134,24 @@ class Predictions:
             one = self._of(linear, test, values, slopes)
             if slopes and self.windowed:
                 one = one.padded(len(self.windowed))
-            if slopes and k in self.windowed:
-                ends = [self._of(linear, _changed(test, way * STEP), values, False).responses for way in (1, -1)]
-                for response, after, before in zip(one.responses, *ends, strict=True):
-                    if response.slopes is not None:
-                        response.slopes[p + self.windowed.index(k)] = (after.G - before.G) / (2 * STEP)
+            for row, name in enumerate(self.windowed if slopes else ()):
+                if name == k or isinstance(name, str):
+                    for response, slope in zip(one.responses, self._by_change(linear, test, name, values), strict=True):
+                        if response.slopes is not None:
+                            response.slopes[p + row] = slope
             found.append(one)
         return found
+
+    def _by_change(
+        self, linear: Linearization, test: VibrationTest, name: int | str, values: Mapping[str, float]
+    ) -> list[ComplexArray]:
+        """Return slopes of responses by the change of a window, or of the zero of a joint, by differences."""
+        step, ends = STEP_OF_ZERO if isinstance(name, str) else STEP, []
+        for way in (1, -1):
+            other = _changed(test, name, way * step)
+            own = self.linear_at(linear.motion, other, values) if isinstance(name, str) else linear
+            ends.append(self._of(own, other, values, False).responses)
+        return [(after.G - before.G) / (2 * step) for after, before in zip(*ends, strict=True)]
 
     def linear_at(self, motion: EquationsOfMotion, test: VibrationTest, values: Mapping[str, float]) -> Linearization:
         """Return the machine in a test, linearized, with the controllers of the test."""
@@ -218,7 +234,10 @@ class Predictions:
         return LinearSlopes(linear, self.sought.labels, whole["M"], whole["D"], whole["K"], F, C)
 
 
-def _changed(test: VibrationTest, c: float) -> VibrationTest:
+def _changed(test: VibrationTest, name: int | str, c: float) -> VibrationTest:
+    """Return a test with another window, or with another zero of a joint that is named."""
+    if isinstance(name, str):
+        return test.with_zero(name, c)
     return test if test.window is None else replace(test, window=test.window.changed(c))
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 from symoro_elastic.analysis.updating import doubts, mistakes
 from symoro_elastic.analysis.updating.estimator import Estimator, lines_of
+from symoro_elastic.analysis.updating.list_mistakes import STRIKING, refuse_wrong_list, refuse_zero_signals
 from symoro_elastic.analysis.updating.measured import VibrationTest
 from symoro_elastic.analysis.updating.misfit import Fit
 from symoro_elastic.analysis.updating.next_tests import Candidate, next_tests
@@ -148,23 +149,23 @@ def update(
     InputError
         For tests without data, signals and parameters that do not exist, a response whose sign is opposite.
     """
-    fitted = tuple(test for test in tests if not test.validate)
-    if not any(test.responses or test.modes for test in fitted):
-        raise InputError(machine.label, "tests", "no test is left to fit: at least one without validate is needed")
+    fitted = _those_fitted(machine, tests)
     if not (math.isfinite(settings.factor) and settings.factor > 1):
         raise InputError(machine.label, "--factor", f"{settings.factor:g} is not a factor above 1")
-    doubts.refuse_copies(fitted)
     step("start")
-    sought = sought_of(machine, fitted, settings.seek, settings.factor, settings.mass_doubt)
+    by = partial(sought_of, machine, seek=settings.seek, factor=settings.factor, mass_doubt=settings.mass_doubt)
+    sought = by(fitted)
     predictions = Predictions(sought, fitted)
     lines, zero = lines_of(predictions, settings.without)
     if zero and not lines and not any(test.modes for test in fitted):
         pairs = ", ".join(one.pair for test in fitted for one in test.responses)
-        raise InputError(machine.label, "tests", f"{pairs}: zero in the model, so nothing is left to fit")
-    mistakes.refuse_far(fitted, lines, predictions.at(sought.start, slopes=False))
+        what = f"{pairs}: zero in the model, so nothing is left to fit: check axes, forces or moments, and bodies"
+        raise InputError(machine.label, "tests", what)
     step("fit")
     estimator = Estimator(predictions, lines, settings.robust)
-    fit = estimator.fit(partial(_refuse_wrong, estimator, fitted))
+    fit = _fitted(estimator, partial(refuse_wrong_list, estimator, machine, by))
+    if zero and lines:
+        refuse_zero_signals(estimator, machine, zero, fit)
     given, fitted = fitted, fit.tests
     after = predictions.at(fit.x, slopes=False, tests=fitted)
     if not fit.delays:
@@ -181,6 +182,15 @@ def update(
     )  # fmt: skip
 
 
+def _those_fitted(machine: Machine, tests: Sequence[VibrationTest]) -> tuple[VibrationTest, ...]:
+    """Return the tests that are fitted; raises `InputError` where none is left, or one is there twice."""
+    fitted = tuple(test for test in tests if not test.validate)
+    if not any(test.responses or test.modes for test in fitted):
+        raise InputError(machine.label, "tests", "no test is left to fit: at least one without validate is needed")
+    doubts.refuse_copies(fitted)
+    return fitted
+
+
 def _doubts(
     tests: Sequence[VibrationTest], zero: Sequence[tuple[int, int]], fit: Fit, after: Sequence[Predicted]
 ) -> list[str]:
@@ -194,9 +204,34 @@ def _doubts(
     ]  # fmt: skip
 
 
+def _fitted(estimator: Estimator, look: Callable[..., None]) -> Fit:
+    """Return the fit; `look` refuses wrong lists of tests, before other hints, and where the model lacks something.
+
+    Raises `InputError` for files and lists whose mistake is known.
+    """
+    tests, start = estimator.predictions.tests, estimator.predictions.sought.start
+    try:
+        mistakes.refuse_far(tests, estimator.lines, estimator.predictions.at(start, slopes=False))
+    except InputError:
+        look(estimator.near(start).fit)
+        raise
+    fit = estimator.fit(partial(_refuse_wrong, estimator, tests, look))
+    look(fit)
+    return fit
+
+
 def _refuse_wrong(
-    estimator: Estimator, tests: Sequence[VibrationTest], fit: Fit, predicted: Sequence[Predicted]
+    estimator: Estimator,
+    tests: Sequence[VibrationTest],
+    look: Callable[..., None],
+    fit: Fit,
+    predicted: Sequence[Predicted],
 ) -> None:
-    """Raise `InputError` for mistakes in all responses, and for pairs of another sign or unit."""
+    """Raise `InputError` for mistakes in all responses, then of the list, then for pairs of another sign or unit."""
     mistakes.refuse_mistakes(estimator, tests, fit)
-    doubts.refuse_wrong(tests, fit.lines, predicted)
+    look(fit, STRIKING)
+    try:
+        doubts.refuse_wrong(tests, fit.lines, predicted)
+    except InputError:
+        look(fit)
+        raise
