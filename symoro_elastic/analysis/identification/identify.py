@@ -197,7 +197,8 @@ def _in_time(
     in_time = delays is None or (not delays.clear and all(map(delays.leaves, late.values())))
     if not in_time:
         return first, []
-    return stack, [one for one in late.values() if one.whole]
+    found = [one for one in late.values() if one.whole]
+    return stack, [replace(one, std=delays.now(one).std) for one in found] if delays else found
 
 
 class _Stack:

@@ -132,10 +132,14 @@ class Delays:
         is_clear = fall > CLEAR**2 and fall > BETTER * self.every**2
         return best if is_clear and LEAST < abs(best.samples) < LONGEST else None
 
+    def now(self, late: Late) -> Late:
+        """Return how late a column is that was moved back; in time if nothing is known of it."""
+        return next((one for one in self.each if one.key == late.key), replace(late, samples=0.0))
+
     def leaves(self, late: Late) -> bool:
         """Whether a column that was moved back is in time now."""
-        now = next((one for one in self.each if one.key == late.key), None)
-        return now is None or abs(now.samples) < max(WHOLE, SIGNIFICANT * now.std)
+        now = self.now(late)
+        return abs(now.samples) < max(WHOLE, SIGNIFICANT * now.std)
 
 
 def delays_of(equations: Equations, records: Sequence[Sampled], columns: Columns) -> Delays:
