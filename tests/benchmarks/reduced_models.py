@@ -8,7 +8,8 @@ of the one that is said: at states that no search has seen, half of them at corn
 at all of them; a confident bound at drawn states, so climbing that gets above it is shown, but is no mistake. Where all
 joints have motors, three more numbers say how asymmetric the inertia matrix is, of the largest entry, what its least
 eigenvalue is, of the largest, and what power is made from nothing, of the largest power: derivatives are those of
-complex steps. `parameters` and `inertia` promise 1e-14, more than zero and 1e-12.
+complex steps. `parameters` and `inertia` promise 1e-14, more than zero and 1e-12; the matrix of a direct model is found
+by inversion, and may be off by its condition number times as much.
 """
 
 from __future__ import annotations
@@ -105,11 +106,13 @@ class Structure:
     asymmetry: float
     least: float
     power: float
+    is_inverted: bool = False
 
     @property
     def is_kept(self) -> bool:
-        """As `parameters` and `inertia` promise."""
-        return self.asymmetry <= SYMMETRIC and self.least > 0 and self.power <= BALANCED
+        """As `parameters` and `inertia` promise, but for rounding of a matrix that is inverted."""
+        condition = 1 / self.least if self.is_inverted and self.least > 0 else 1.0
+        return self.asymmetry <= SYMMETRIC * condition and self.least > 0 and self.power <= BALANCED
 
 
 class _Motion:
@@ -161,6 +164,7 @@ def structure_of(one: ReducedModel, box: Box) -> Structure | None:
         float(np.abs(A - A.transpose(1, 0, 2)).max() / np.abs(A).max()),
         float(eigenvalues.min() / eigenvalues.max()),
         float(np.abs(first - second).max() / max(largest, 1e-300)),
+        moved == "tau",
     )
 
 
