@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -136,7 +136,15 @@ class Equations:
         """Return a filtered record. Samples at which a joint's dry friction reverses do not count in its rows."""
         motion = filtered_motion(record, chosen) if chosen else as_measured(record)
         self._refuse_open(motion, record.source)
-        return Sampled(record, motion, self._counted(motion, chosen), chosen)
+        counted = self._counted(motion, chosen)
+        counted[:, list(self.unmeasured(record, motion.still))] = False
+        return Sampled(record, motion, counted, chosen)
+
+    def unmeasured(self, record: Measurements, still: Sequence[int]) -> tuple[int, ...]:
+        """Return which of the joints that are held still have torques of zero throughout, which no sensor gives."""
+        motors, joints = self.machine.motors, self.machine.independent
+        silent = {joints.index(j) for j, tau in zip(motors, record.tau.T, strict=True) if j in joints and not tau.any()}
+        return tuple(k for k in still if k in silent)
 
     def rows(self, sampled: Sampled) -> Rows:
         """Return rows of the right side of a record, and what the left side is made of beside torques."""

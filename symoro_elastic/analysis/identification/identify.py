@@ -235,8 +235,11 @@ class _Stack:
         machine, columns, kept = self._equations.machine, self._equations.Y.columns, self._equations.kept
         of_columns = *_without_effect(self._equations.linear), *_zero_in_the_table(machine, [columns[c] for c in kept])
         first, names = self.sampled[0], [joint.name for joint in self._equations.machine.independent_joints]
+        silent = {k: None for x in self.sampled for k in self._equations.unmeasured(x.record, x.motion.still)}
+        unmeasured = [f"{names[k]} is held still, and its torques are zero throughout: not measured" for k in silent]
         notes = [line for x in self.sampled for line in x.record.warnings]
-        notes += [*(first.chosen.described() if first.chosen else ()), *of_columns, *self._said, *self._unsettled]
+        notes += [*(first.chosen.described() if first.chosen else ()), *of_columns, *unmeasured, *self._said]
+        notes += self._unsettled
         longest = dict(sorted(zip(self._numbers, self.sampled, strict=True), key=_samples)).values()
         return notes + [line for x in longest for line in of_encoders(x.record, x.motion, x.chosen, names)]
 

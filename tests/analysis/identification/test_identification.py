@@ -238,6 +238,17 @@ def test_verdicts_name_what_a_joint_at_rest_hides(arm: Machine) -> None:
             assert e.reason
 
 
+def test_torques_of_zero_of_a_joint_at_rest_are_no_measurement(arm: Machine) -> None:
+    true = exact(arm, still=(1,))
+    noisy = true.tau + 0.01 * np.random.default_rng(0).standard_normal(true.tau.shape)
+    noisy[:, 1] = 0.0
+    found = identify(arm, replace(true, tau=noisy), filtered=False)
+    assert any("elbow is held still, and its torques are zero throughout" in note for note in found.notes)
+    assert not found.estimation.solution.residuals[:, 1].any()
+    assert 0.5 < found.estimation.solution.residuals[:, 0].std() / 0.01 < 1.5
+    assert all(e.std > 0 for e in found.estimates if e.verdict is not Verdict.NOT)
+
+
 def test_known_values_are_not_sought(arm: Machine) -> None:
     true = exact(arm)
     found = identify(arm, true, known={"FS1": 0.2, "IA2": 0.0}, filtered=False)
