@@ -97,6 +97,11 @@ class Sampled:
         """Noises of q, qd, qdd, many, with the zeros of encoders: they are known to half a step at best."""
         return noises_like(self.record, self.chosen, DRAWS, zeros=True)[0] if self.chosen else []
 
+    def averages_of_few(self, x: Array, every: int) -> Array:
+        """Return averages of x (M, n), each of which stands for so many samples, the last one for the rest."""
+        held = np.pad(np.repeat(x, every, axis=0), ((0, every), (0, 0)), mode="edge")
+        return self.averages(held[: len(self.motion.t)])
+
     def averages(self, x: Array) -> Array:
         """Return averages of x (N, n)."""
         used = x * self.counted
@@ -167,7 +172,7 @@ class Equations:
 
     def draws(self, sampled: Sampled, X: Array) -> list[Array]:
         """Return rows of what draws of staircases of encoders make of Y X, from samples as close as filters need."""
-        motion, samples = sampled.motion, len(sampled.motion.t)
+        motion = sampled.motion
         moving = np.array([k not in motion.still for k in range(motion.q.shape[1])])
         some = slice(sampled.every // 2, None, sampled.every)
         q, qd, qdd = motion.part(some)
@@ -177,8 +182,7 @@ class Equations:
             more, less = (
                 self.Y.torques(q + sign * dq, qd + sign * dqd, qdd + sign * dqdd, self.kept, X) for sign in SIGNS
             )
-            held = np.repeat((more - less) / 2, sampled.every, axis=0)
-            rows.append(sampled.averages(np.pad(held, ((0, sampled.every), (0, 0)), mode="edge")[:samples]))
+            rows.append(sampled.averages_of_few((more - less) / 2, sampled.every))
         return rows
 
     def _refuse_open(self, motion: FilteredMotion, source: str) -> None:

@@ -185,15 +185,19 @@ def _in_time(
         return first, []
     longest = max((record for pieces in parted for record in pieces), key=lambda record: len(record.t))
     late = {one.key: one for one in late_velocities(longest, chosen)}
+
+    def moved() -> _Stack:
+        return stacked([[moved_back(record, late.values()) for record in pieces] for pieces in parted])
+
     if late:
-        stack = stacked([[moved_back(record, late.values()) for record in pieces] for pieces in parted])
+        stack = moved()
     for _ in range(MOST_LATE):
         delays = stack.delays()
         if delays is None or (one := delays.clear) is None:
             break
         before = late[one.key].whole if one.key in late else 0
         late[one.key] = replace(one, samples=one.whole + before)
-        stack = stacked([[moved_back(record, late.values()) for record in pieces] for pieces in parted])
+        stack = moved()
     in_time = delays is None or (not delays.clear and all(map(delays.leaves, late.values())))
     if not in_time:
         return first, []

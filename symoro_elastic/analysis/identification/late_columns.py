@@ -162,10 +162,13 @@ def delays_of(equations: Equations, records: Sequence[Sampled], columns: Columns
             return 0.0, np.inf
         return float(c @ rest) / energy / columns.sampling, energy**-0.5 / columns.sampling
 
-    found = []
-    for quantity, rows in ((JOINT, _of_positions), (TORQUE, _of_torques)):
-        each = [rows(equations, sampled, X[:count]) for sampled in records]
-        found += [Late(quantity, k, *seen(column)) for k, column in enumerate(np.concatenate(each, axis=1))]
+    positions = np.concatenate([_of_positions(equations, sampled, X[:count]) for sampled in records], axis=1)
+    torques = np.concatenate([_of_torques(equations, sampled) for sampled in records], axis=1)
+    found = [
+        Late(quantity, k, *seen(column))
+        for quantity, each in ((JOINT, positions), (TORQUE, torques))
+        for k, column in enumerate(each)
+    ]
     samples, std = seen(-slope)
     return Delays(tuple(found), samples / std)
 
@@ -184,14 +187,12 @@ def _of_positions(equations: Equations, sampled: Sampled, X: Array) -> Array:
             equations.Y.torques(q + h * one * qd, qd + h * one * qdd, qdd + h * one * jerk, equations.kept, X)
             for h in (period, -period)
         )
-        held = np.repeat((later - earlier) / (2 * period), every, axis=0)
-        found.append(sampled.averages(np.pad(held, ((0, every), (0, 0)), mode="edge")[: len(motion.t)]))
+        found.append(sampled.averages_of_few((later - earlier) / (2 * period), every))
     return np.array(found)
 
 
-def _of_torques(equations: Equations, sampled: Sampled, X: Array) -> Array:
+def _of_torques(equations: Equations, sampled: Sampled) -> Array:
     """Return what torques of a motor lose as they are read later, (motors, rows, n), a second."""
-    del X
     slopes = sampled.torques(0.0)[1]
     ones = np.eye(slopes.shape[1])
     return np.array([-sampled.averages(equations.Y.joint_torques(sampled.motion.q, slopes * one)) for one in ones])
