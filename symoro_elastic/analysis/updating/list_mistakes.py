@@ -8,7 +8,7 @@ the values that were found, either.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -48,11 +48,15 @@ def refuse_wrong_list(
     listed = ListedTests(machine, estimator.predictions.tests)
     if any(test.modes for test in listed.tests) or not is_far(fit):
         return
-    near = [one for one in _sorted(_near(estimator, listed, sought_of, fit)) if one[0] < most][:MOST_FITTED]
+    starts = [estimator.start, fit.x]
+    as_it_is = [estimator.smoothed_cost(x, WIDTHS[0]) for x in starts]
+    every = (one for one in _near(estimator, listed, sought_of, starts, as_it_is) if one[0] < most)
+    near = sorted(every, key=lambda one: one[0])[:MOST_FITTED]
     tried = ((one, _explained(estimator, by, fit)) for _, one, by in near)
     found = [(other.fit.distance, one) for one, other in tried if other is not None]
     if not found:
-        tried = (_with_best_zero(estimator, listed, one, fit) for one in _near_zeros(estimator, listed, fit, most))
+        zeros = _near_zeros(estimator, listed, starts, as_it_is, most)
+        tried = (_with_best_zero(estimator, listed, one, fit) for one in zeros)
         found = [(other.fit.distance, one) for one, other in tried if other is not None]
     _refuse(found)
 
@@ -103,18 +107,25 @@ def _apart(H: ComplexArray, G: ComplexArray) -> float:
     return float(np.median(np.abs(np.log(G / H)))) if G.all() and H.all() else math.inf
 
 
-def _sorted(near: Iterable[Near]) -> list[Near]:
-    return sorted(near, key=lambda one: one[0])
+def _near(
+    estimator: Estimator, listed: ListedTests, sought_of: SoughtOf, starts: Sequence[Array], as_it_is: Sequence[float]
+) -> Iterator[Near]:
+    """Yield tests without a mistake, their share of the distances as they are at `starts`, and their estimator.
 
+    Other positions leave signals and unknowns as they are; other motors that are held do not.
+    """
 
-def _near(estimator: Estimator, listed: ListedTests, sought_of: SoughtOf, fit: Fit) -> Iterator[Near]:
-    """Yield tests without a mistake that are nearer to the model, their share of the distance and their estimator."""
-    given, starts = estimator.predictions, [estimator.start, fit.x]
-    as_it_is = [estimator.smoothed_cost(x, WIDTHS[0]) for x in starts]
-    for one in (*listed.positions(), *listed.held()):
+    def of_held(tests: Sequence[VibrationTest]) -> Predictions:
+        return Predictions(sought_of(tests), tests)
+
+    others = (
+        (one, of)
+        for each, of in ((listed.positions(), estimator.predictions.of), (listed.held(), of_held))
+        for one in each
+    )
+    for one, of in others:
         try:
-            predictions = given.of(one.tests) if one.is_of_positions else Predictions(sought_of(one.tests), one.tests)
-            by = estimator.of(predictions)
+            by = estimator.of(of(one.tests))
         except (InputError, np.linalg.LinAlgError):
             continue
         each = [by.smoothed_cost(_values(by, estimator, x), WIDTHS[0]) for x in starts]
@@ -122,11 +133,11 @@ def _near(estimator: Estimator, listed: ListedTests, sought_of: SoughtOf, fit: F
     yield from _near_signals(estimator, listed, starts, as_it_is)
 
 
-def _near_zeros(estimator: Estimator, listed: ListedTests, fit: Fit, most: float) -> list[Corrected]:
+def _near_zeros(
+    estimator: Estimator, listed: ListedTests, starts: Sequence[Array], as_it_is: Sequence[float], most: float
+) -> list[Corrected]:
     """Return the nearest other zero of each joint with which tests are nearer to the model."""
     found: dict[str, tuple[float, Corrected]] = {}
-    starts = [estimator.start, fit.x]
-    as_it_is = [estimator.smoothed_cost(x, WIDTHS[0]) for x in starts]
     for one in listed.zeros():
         by = estimator.of(estimator.predictions.of(one.tests))
         share = _share([by.smoothed_cost(x, WIDTHS[0]) for x in starts], as_it_is)

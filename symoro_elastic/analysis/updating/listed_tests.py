@@ -44,11 +44,6 @@ class Corrected:
     zero: float = 0.0
 
     @property
-    def is_of_positions(self) -> bool:
-        """Whether positions differ, so that signals and unknowns are the same."""
-        return self.what.startswith(AT)
-
-    @property
     def is_sign(self) -> bool:
         """Whether a signal has only the opposite sign, which other lines name."""
         name, _, other = self.what.partition(" is ")
