@@ -54,9 +54,8 @@ class Form:
     """How C writes the numbers of a call: their types, entries of arrays read and written, names of functions.
 
     `real` is the type of what depends on parameters only; `sincos` gives the lines that find those of angles
-    before so many statements;
-    `pair` begins the names of functions on sums of two doubles. Functions on many `states` are given their number.
-    `operand` is how an operand of a function is written, if not a variable. Blocks that repeat
+    before so many statements; `pair` begins the names of functions on sums of two doubles. Functions on many `states`
+    are given their number. `operand` is how an operand of a function is written, if not a variable. Blocks that repeat
     in long programs are functions, whose arguments are places in arrays: from `outlined` times as many statements on as
     for one state, nowhere if it is 0. Functions that leave rows do not store entries that repeat others, where these
     are many: rows of many states are written after them. Where numbers are `near_use` they are loaded before the

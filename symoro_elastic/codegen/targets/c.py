@@ -108,8 +108,10 @@ def scalar_form(package: Package, precision: Precision) -> Form:
     if precision.is_pair:
         pair = f"{package.name}_{DOUBLE_DOUBLE_TYPE}_"
         of = f"{pair}make({load}, 0.0)"
-        one_by_one = partial(_in_a_loop, f"{pair}sincos")
-        return Form(real, real, real, of, of, f"{load} = {{value}}.high;", "{}", functions, of, one_by_one, pair)
+        return Form(
+            real, real, real, of, of, f"{load} = {{value}}.high;", "{}", functions, of,
+            lambda angles, _: _in_a_loop(f"{pair}sincos", angles), pair,
+        )  # fmt: skip
     narrow = f"({real}){{}}" if precision.is_mixed else "{}"
     narrowed = narrow.format(load)
     sincos = partial(lines_of_sines, name)
@@ -134,7 +136,7 @@ def lines_of_sines(name: str, angles: Sequence[str], statements: int) -> Iterato
     yield f"{name}_sincos_large({len(angles)}U, angle, sine, cosine);"
 
 
-def _in_a_loop(function: str, angles: Sequence[str], _statements: int = 0) -> Iterator[str]:
+def _in_a_loop(function: str, angles: Sequence[str]) -> Iterator[str]:
     """Lines that find sines and cosines one by one."""
     yield f"for (size_t k = 0U; k < {len(angles)}U; k++) {{"
     yield f"{INDENT}{function}(angle[k], &sine[k], &cosine[k]);"
