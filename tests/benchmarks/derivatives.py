@@ -61,16 +61,17 @@ def match(title: str, model: str, rounds: int) -> tuple[Match, dict[str, int]]:
         generated = casadi_c.generated(file, model)
         counts[CASADI] = generated.operations
         contestants += of_casadi(generated, x)
-    mine = ours(machine, folded, model, x)
-    operations = {c.name: counts["ours"] for c in mine}
+    mine, operations = ours(machine, folded, model, x)
     return matched(title, model, [*contestants, *mine], operations, rounds, BY), counts
 
 
-def ours(machine: Machine, folded: Code, model: str, x: Array) -> list[Contestant]:
-    """Calls with all parameters in the code, with base parameters there, and with base parameters in p."""
+def ours(machine: Machine, folded: Code, model: str, x: Array) -> tuple[list[Contestant], dict[str, int]]:
+    """Calls with all parameters in the code, with base parameters there or in p, and the operations of each."""
     based = with_base_parameters(machine)
     found = {"": folded, ", base": code(based, model), ", base, parameters in p": code(based, model, fold=False)}
-    return [scalar(one, x, f"call{how}, {name}", name) for how, one in found.items() for name in COMPILERS]
+    names = {f"call{how}, {name}": (one, name) for how, one in found.items() for name in COMPILERS}
+    counts = {name: one.operations.products + one.operations.add for name, (one, _) in names.items()}
+    return [scalar(one, x, name, compiler) for name, (one, compiler) in names.items()], counts
 
 
 def of_casadi(generated: casadi_c.Generated, x: Array) -> list[Contestant]:

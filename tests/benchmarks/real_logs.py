@@ -94,7 +94,7 @@ def panda_table() -> dict[str, Any]:
     joints = [
         {
             "name": f"j{k}",
-            "antecedent": k - 1,
+            "antecedent": f"j{k - 1}" if k > 1 else 0,
             "kind": "motor",
             "sigma": 0,
             "theta": f"q{k}",
@@ -104,8 +104,6 @@ def panda_table() -> dict[str, Any]:
         }
         for k, (a, d, r) in enumerate(rows, start=1)
     ]
-    for joint in joints[1:]:
-        joint["antecedent"] = f"j{joint['antecedent']}"
     guess = {f"j{k}": {"mass": m, "inertia": [0.01 * m] * 3} for k, m in enumerate((4, 4, 3, 3, 2, 2, 1), start=1)}
     return {"name": "panda", "gravity": [0, 0, -9.81], "joints": joints, "bodies": guess}
 
