@@ -35,9 +35,9 @@ from symoro_elastic.numerics.guarantees.certificates import Certificates, Effort
 from symoro_elastic.numerics.guarantees.fixed_point import FIXED_ROUNDING, Total, in_fixed_point, refuse_impossible
 from symoro_elastic.numerics.guarantees.of_reduced import ReducedErrors
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS, Rounding
-from symoro_elastic.numerics.quantile_bound import CONFIDENCE
+from symoro_elastic.numerics.quantile_bound import CONFIDENCE, share_beyond
 from symoro_elastic.numerics.within.frequencies import POSITIONS, NaturalFrequencies
-from symoro_elastic.numerics.within.reduction import MOST_UNPROVEN, reduce_program, without_parameters
+from symoro_elastic.numerics.within.reduction import MOST_SEARCHES, MOST_UNPROVEN, reduce_program, without_parameters
 from symoro_elastic.numerics.within.results import EntryError, Reduction
 from symoro_elastic.numerics.within.structure import STATES, LostStructure, lost_structure
 from symoro_elastic.symbolic.program import Names, Program
@@ -469,15 +469,22 @@ def said(one: ReducedModel) -> str:
         f"{one.headline}; {changes} {kept if changes != 1 else kept.removesuffix('s')} left out{of}.",
         "Errors are those from the whole model, rounding among them.",
     ]
+    if changes and one.within.guaranteed is Guaranteed.CONFIDENT:
+        beyond = math.ceil(1e6 * share_beyond(reduction.states, MOST_SEARCHES))
+        sentences.append(
+            f"With {CONFIDENCE:.0%} confidence what is left out makes larger ones at most at {beyond} of a million "
+            "drawn states, whatever the distribution."
+        )
     if not changes and reduction.unproven:
         sentences.append(f"It stays whole: {reduction.unproven}.")
     if reduction.shift is not None and one.within.frequencies:
         allowed = one.within.frequencies
         most = allowed.value * reduction.shift
         shift = f"{100 * most:.2g} %" if allowed.relative else f"{most:.2g} Hz"
+        share = 1 - share_beyond(POSITIONS, MOST_SEARCHES)
         sentences.append(
-            f"Natural frequencies shift by at most {shift} at {POSITIONS} drawn positions, and with {CONFIDENCE:.0%} "
-            "confidence at as many more."
+            f"Natural frequencies shift by at most {shift} at {POSITIONS} drawn positions; with {CONFIDENCE:.0%} "
+            f"confidence at {share:.1%} of all, and by the tail of the shifts at as many more."
         )
     if reduction.ended:
         sentences.append("The search was ended by hand.")

@@ -14,6 +14,10 @@ of rank k + 1 from below, S = sum ln(u / y_i), and N the mean of (absolute error
 holds with (x/u)^-a replaced by N (x u)^-a.
 
 Bounds are fitted to a higher probability (`FITTED`) than what they promise (`CONFIDENCE`), which tests draw.
+
+Whatever the distribution, no bound holds for the largest of m > n more errors: n states show nothing of peaks that one
+state in m has. But where a share s of all states has larger errors than any drawn, all n draws miss them with the
+probability (1 - s)^n (Wilks 1941): this bounds s. No bound here is below the largest error drawn, so s holds for it.
 """
 
 from __future__ import annotations
@@ -34,6 +38,15 @@ FARTHEST = 300.0
 """Of ln x from ln u."""
 
 
+def share_beyond(drawn: int, judged: int = 1) -> float:
+    """Return the share of states that may have larger errors than each of so many `drawn` ones, with `CONFIDENCE`.
+
+    It holds for errors of any distribution. `judged` is how many programs were judged at as many states each until
+    one was accepted.
+    """
+    return -math.expm1(math.log((1 - FITTED) / judged) / drawn)
+
+
 def bound_of_more(errors: Array, more: int) -> float:
     """Return a bound on the largest of `more` errors that are not drawn yet.
 
@@ -44,9 +57,8 @@ def bound_of_more(errors: Array, more: int) -> float:
         return math.inf
     logs = np.log(np.sort(errors)[-tail - 1 :])
     spread = float((logs[1:] - logs[0]).sum())
-    if not spread:
-        return float(errors.max())
-    return _bound(tail, more / len(errors), spread, float(logs[0]), np.zeros_like)
+    largest = float(errors.max())
+    return max(largest, _bound(tail, more / len(errors), spread, float(logs[0]), np.zeros_like)) if spread else largest
 
 
 def bound_of_quotients(errors: Array, results: Array, more: int) -> float:
@@ -60,14 +72,15 @@ def bound_of_quotients(errors: Array, results: Array, more: int) -> float:
     small = np.argsort(results)[: max(tail + 1, len(results) // SHARE_SMALL)]
     logs, absolute = np.log(results[small[: tail + 1]]), np.log(errors[small])
     spread, most = float((logs[-1] - logs[:-1]).sum()), float(absolute.max())
+    largest = float((errors / results).max())
     if not spread:
-        return float((errors / results).max())
+        return largest
 
     def moments(a: Array) -> Array:
         scaled: Array = np.log(np.exp(a[:, None] * (absolute - most)).mean(axis=1))
         return scaled
 
-    return _bound(tail, more / len(errors), spread, most - float(logs[-1]), moments)
+    return max(largest, _bound(tail, more / len(errors), spread, most - float(logs[-1]), moments))
 
 
 def _tail(errors: Array) -> int:

@@ -12,7 +12,7 @@ from symoro_elastic.codegen.precision import SINGLE
 from symoro_elastic.formats import read_machine
 from symoro_elastic.models.catalogue import trace
 from symoro_elastic.numerics.arrays import evaluate_arrays
-from symoro_elastic.numerics.quantile_bound import CONFIDENCE, FITTED, bound_of_more, bound_of_quotients
+from symoro_elastic.numerics.quantile_bound import CONFIDENCE, FITTED, bound_of_more, bound_of_quotients, share_beyond
 from symoro_elastic.numerics.values import parameter_values
 from symoro_elastic.numerics.verification.accuracy import measure, round_states, rounded_values
 from symoro_elastic.numerics.verification.states import moderate_states
@@ -54,6 +54,26 @@ def test_errors_of_results_that_cancel_are_within(entries: int) -> None:
         bound = bound_of_quotients(errors[:SHOWN], results[:SHOWN], MORE)
         kept.append((errors / results)[SHOWN:].max() <= bound)
     assert np.mean(kept) >= CONFIDENCE
+
+
+@pytest.mark.parametrize("judged", [1, 20])
+def test_rare_peaks_are_no_more_than_the_share(judged: int) -> None:
+    """Peaks beyond a common end, which no tail shows; of several programs the first that shows none is accepted."""
+    rng = np.random.default_rng(3)
+    shown = rng.binomial(SHOWN, share_beyond(SHOWN, judged), (100 * RUNS, judged))
+    accepted = (shown == 0).any(axis=1)
+    assert accepted.mean() == pytest.approx(1 - FITTED, rel=0.13)
+    with_peak = np.append(rng.uniform(0.9, 1.0, SHOWN - 1), 2.0)
+    assert bound_of_more(with_peak, MORE) >= 2.0
+
+
+@pytest.mark.parametrize("weight", [0.5, 2.0])
+def test_no_bound_is_below_what_was_drawn(weight: float) -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(100):
+        errors, results = rng.random(200) ** (-1 / weight), rng.random(200)
+        assert bound_of_more(errors, 1) >= errors.max()
+        assert bound_of_quotients(errors, results, 1) >= (errors / results).max()
 
 
 def test_few_and_infinite_errors_have_no_bound() -> None:

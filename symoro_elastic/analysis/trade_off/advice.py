@@ -102,7 +102,7 @@ def sentence(advised: Advice) -> str:
 
 def _promise(tolerance: float, w: str = "w") -> str:
     """Return what a tolerance means."""
-    held = f"with {CONFIDENCE:.0%} confidence at {UNSEEN} states that were not tried"
+    held = f"with {CONFIDENCE:.0%} confidence at {UNSEEN} states that were not tried by the tail of the errors"
     return f"{w}ithin a relative error of {tolerance:.1e}, {held}, inputs in double"
 
 

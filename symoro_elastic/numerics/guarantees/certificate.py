@@ -25,7 +25,7 @@ from symoro_elastic.numerics.guarantees.linear_solver import Solver
 from symoro_elastic.numerics.guarantees.mean_value import errors_by_adjoints
 from symoro_elastic.numerics.guarantees.running_error import Bounds, Known, Narrowing, Rounding, running_errors
 from symoro_elastic.numerics.guarantees.sub_boxes import Parts, cut
-from symoro_elastic.numerics.quantile_bound import CONFIDENCE, bound_of_more
+from symoro_elastic.numerics.quantile_bound import CONFIDENCE, bound_of_more, share_beyond
 from symoro_elastic.symbolic.expression import Expression, Operand, reachable
 from symoro_elastic.symbolic.operations import DIVIDE, NEGATE
 
@@ -42,7 +42,10 @@ class Guarantee(StrEnum):
     """What stands behind a bound; never one for another."""
 
     PROVEN = "proven"
-    CONFIDENT = f"with {CONFIDENCE:.0%} confidence at {UNSEEN} states drawn at random in the box"
+    CONFIDENT = (
+        f"with {CONFIDENCE:.0%} confidence at {1 - share_beyond(DRAWN):.1%} of the states drawn at random in the box, "
+        f"and at {UNSEEN} of them by the tail of the drawn errors"
+    )
     NONE = "not bounded"
 
 
@@ -52,8 +55,9 @@ class EntryBound:
 
     `name` is that of the result, `entry` what the entry belongs to. `low`, `high` and `error` are proven; infinite
     where nothing is, or what is proven is more than `MOST_TIMES` what drawn states have. `likely` bounds the error at
-    `UNSEEN` states drawn as `Box.states` draws them, with a probability of `CONFIDENCE`: at each of the drawn states
-    the error is proven, and the tail beyond them is estimated.
+    states drawn as `Box.states` draws them, with a probability of `CONFIDENCE`: at all but `share_beyond(DRAWN)` of
+    them whatever the distribution of errors, at `UNSEEN` of them by the tail beyond `DRAWN` states, at each of which
+    the error is proven.
     """
 
     name: str

@@ -16,10 +16,10 @@ from symoro_elastic.foundation.results import (
     table_of,
 )
 from symoro_elastic.machine.limits import Range
-from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, PivotBound
+from symoro_elastic.numerics.guarantees.box import DRAWN_AS
+from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Guarantee, PivotBound
 from symoro_elastic.numerics.guarantees.certificates import Certificates
 from symoro_elastic.numerics.guarantees.wording import divisors, error_text, overflow, range_text
-from symoro_elastic.numerics.quantile_bound import CONFIDENCE
 
 declare(
     EntryBound,
@@ -29,7 +29,7 @@ declare(
     Field("high", column="high"),
     Field("range", head="range, proven", text=range_text, json=False, value=range_text),
     Field("error", head="error, proven", text=lambda one: error_text(one.error), column="error"),
-    Field("likely", head=f"error, {CONFIDENCE:.0%} of draws",
+    Field("likely", head="error, confident",
           text=lambda one: error_text(one.likely), column="likely error"),
     Field("guarantee", column="guarantee"),
 )  # fmt: skip
@@ -39,13 +39,13 @@ declare(Range, Field("low"), Field("high"))
 
 @parts_of.register
 def _(result: Certificates) -> list[Part]:
-    """Return a table of each certificate, and what it says of divisors and of the range of numbers."""
+    """Return a table of each certificate, its divisors and its range of numbers; what the confident errors mean."""
     shown: list[Part] = []
     for one in result.certificates:
         parts = f", {one.sub_boxes} sub-boxes" if one.sub_boxes > 1 else ""
         title = f"{result.machine}: {one.model}, {one.precision} precision, box {one.box.digest}{parts}; SI units"
         shown += [table_of(EntryBound, one.entries, title, keys=2), f"{divisors(one)}; {overflow(one)}"]
-    return shown
+    return [*shown, f"confident: {Guarantee.CONFIDENT}, {DRAWN_AS}"]
 
 
 @columns_of.register

@@ -130,7 +130,8 @@ def test_what_is_advised_holds_at_states_that_were_not_tried(two_r: Machine, for
     assert known.advice(1e-6).fastest == (sure,) and known.advice(1e-3).fastest == (lucky,)
     said = sentence(known.advice(1e-3))
     assert said.startswith(
-        "Within a relative error of 1.0e-03, with 95% confidence at 100000 states that were not tried, inputs in double"
+        "Within a relative error of 1.0e-03, with 95% confidence at 100000 states that were not tried by the tail of "
+        "the errors, inputs in double"
     )
     assert "(worst of 100 states 1.0e-07, bound 1.0e-04)" in said
 
