@@ -40,6 +40,7 @@ from symoro_elastic.numerics.within.frequencies import POSITIONS, NaturalFrequen
 from symoro_elastic.numerics.within.reduction import MOST_SEARCHES, MOST_UNPROVEN, reduce_program, without_parameters
 from symoro_elastic.numerics.within.results import EntryError, Reduction
 from symoro_elastic.numerics.within.structure import STATES, LostStructure, lost_structure
+from symoro_elastic.symbolic.expression import is_constant
 from symoro_elastic.symbolic.program import Names, Program
 
 ARE_POSITIONS = tuple(name for name, quantity in LIMITED.items() if quantity == POSITION)
@@ -459,6 +460,15 @@ KEPT = {
 """What is kept of the structure."""
 
 
+def _constant(one: ReducedModel) -> str:
+    """Return which entries of results no longer depend on the state, in words."""
+    pairs = zip(one.reduction.program.outputs, one.reduction.reduced.outputs, strict=True)
+    entries = [(x, y) for whole, left in pairs for x, y in zip(whole.entries, left.entries, strict=True)]
+    named = zip(one.certificates[0].entries, entries, strict=True)
+    lost = [f"{bound.name}[{bound.entry}]" for bound, (x, y) in named if is_constant(y) > is_constant(x)]
+    return ", ".join(lost)
+
+
 def said(one: ReducedModel) -> str:
     """What is left out of a model, and how, in sentences."""
     reduction, changes = one.reduction, len(one.reduction.left_out)
@@ -469,6 +479,8 @@ def said(one: ReducedModel) -> str:
         f"{one.headline}; {changes} {kept if changes != 1 else kept.removesuffix('s')} left out{of}.",
         "Errors are those from the whole model, rounding among them.",
     ]
+    if constant := _constant(one):
+        sentences.append(f"Nothing but a constant is left of {constant}.")
     if changes and one.within.guaranteed is Guaranteed.CONFIDENT:
         beyond = math.ceil(1e6 * share_beyond(reduction.states, MOST_SEARCHES))
         sentences.append(

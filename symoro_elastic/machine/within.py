@@ -81,4 +81,6 @@ def tolerance(written: str | float) -> Tolerance:
     value = number(text.removesuffix(PERCENT).strip()) / (100 if relative else 1)
     if not value > 0:
         raise FormulaError(f"{text} is not above zero: leave out the tolerance of what must be exact")
+    if relative and value >= 1:
+        raise FormulaError(f"{text} would let a result be zero: give less than 100 %, or leave the result out")
     return Tolerance(value, relative)

@@ -125,6 +125,10 @@ def test_tolerances_by_joint_and_result() -> None:
     ("arguments", "said"),
     [
         (("--within", "0"), "--within: 0 is not above zero"),
+        (
+            ("--within", "100%"),
+            "--within: 100% would let a result be zero: give less than 100 %, or leave the result out",
+        ),
         (("--within", "a%"), "--within: 'a' is a name"),
         (("--within", "taus=1%"), "--within: there is no result or joint 'taus'; did you mean 'tau'?"),
         (("--keep", "terms"), "--keep: belongs to a tolerance: add --within, or leave it out"),
@@ -157,6 +161,13 @@ def test_the_scene_asks_for_it_and_the_code_says_it(tmp_path: Path) -> None:
         assert said in " ".join(text.replace("*", " ").split()), said
     data = json.loads(json.dumps(made.as_json()))
     assert data["reduced"]["inverse_dynamics"]["operations"] == {"whole": whole, "left": left}
+
+
+def test_results_of_which_nothing_is_left_are_named(tmp_path: Path) -> None:
+    """17 N m are the largest torque of the shoulder, 3.3 N m those of the elbow."""
+    se.generate(PLANAR, "inverse_dynamics", out=tmp_path, within=18)
+    text = (tmp_path / "planar_2r" / "planar_2r.h").read_text(encoding="utf-8")
+    assert "Nothing but a constant is left of tau[shoulder], tau[elbow]." in " ".join(text.replace("*", " ").split())
 
 
 def test_the_same_bytes_each_time(tmp_path: Path) -> None:
