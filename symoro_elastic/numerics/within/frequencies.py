@@ -11,12 +11,13 @@ inverse model has S = -d qdd_p / dq_p only. Derivatives are adjoints: exact. The
 whole model for drawn positions of the motors: the other joints, and the torques of the motors, are as balance requires.
 
 A change shifts a frequency from omega to the root of an eigenvalue, which is complex where the motion grows or decays,
-and zero where it does not swing any more: the distance of both is the shift.
+and zero where it does not swing any more: the distance of both is the shift. A search orders and sums the shifts of
+single changes to first order (`shift_effects`), and computes those of all changes together once a pass.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,7 @@ from symoro_elastic.foundation.array_types import AnyArray, Array, BoolArray
 from symoro_elastic.machine.within import Tolerance
 from symoro_elastic.numerics.quantile_bound import bound_of_more
 from symoro_elastic.numerics.within.effects import Adjoints, Sweep
+from symoro_elastic.numerics.within.shift_effects import Modes, ShiftEffects
 from symoro_elastic.numerics.within.states import Bounds, joined
 from symoro_elastic.numerics.within.tape import NO_CHANGES, Change, Changes, Tape
 from symoro_elastic.symbolic.program import Program
@@ -34,6 +36,8 @@ POSITIONS, WATCHED, JOINING = 1000, 8, 8
 BLOCK = 250
 SLACK, LEAST = 0.98, 0.5
 """What the room of a search is lowered to, of what would do; at least by this factor."""
+LEFT_OVER = 0.95
+"""With less of the tolerance used, a search has more room."""
 STEPS, CLOSE = 8, 1e-6
 """Of Newton's method; accelerations that are left at an equilibrium, of the first ones."""
 SMALLEST = 1e-300
@@ -62,10 +66,21 @@ class FrequencyShifts:
         self._places = _Places.of(program, tape, asked.motors)
         self._watched = self._exact(self._drawn(WATCHED, 0))
         self._limit = 1.0
+        self._effects: ShiftEffects | None = None
 
-    def keeps(self, taken: Sequence[Change]) -> bool:
-        """Whether all shifts are within the tolerance at the positions that are watched."""
-        return bool((self._shifts(self._watched, Changes.of(taken)) <= self._limit).all())
+    def errors(self, taken: Sequence[Change]) -> Array:
+        """Return the shifts (positions * modes,) at the positions that are watched, of the limit, with their signs."""
+        at = self._watched
+        found = self._roots(at.states, Changes.of(taken))
+        signs = np.where(found.real < at.roots.real, -1.0, 1.0)
+        shifts: Array = (signs * self._distances(found, at.roots)).reshape(-1) / self._limit
+        return shifts
+
+    def effects(self, taken: Sequence[Change]) -> Callable[[Change], Array]:
+        """Return by how much one more change moves the `errors`, to first order."""
+        if self._effects is None:
+            self._effects = ShiftEffects(self._tape, self._watched.states, self._modes())
+        return self._effects.after(taken)
 
     def judged(self, taken: Sequence[Change], number: int) -> float:
         """Return a bound on the shifts at many positions, and at as many more.
@@ -81,7 +96,16 @@ class FrequencyShifts:
         if not bound <= 1:
             self._watched = self._watched.joined(at.at(worst))
             self._limit *= max(SLACK * most / bound, SLACK / most if most > 1 else 0.0, LEAST)
+            self._effects = None
         return bound
+
+    def raise_limit(self, shift: float) -> bool:
+        """Give a search more room where a bound on shifts leaves a part of the tolerance; return whether it has."""
+        raised = min(1.0, self._limit * SLACK / max(shift, SLACK / 2)) if 0 < shift < LEFT_OVER else self._limit
+        has_more, self._limit = raised > self._limit, raised
+        if has_more:
+            self._effects = None
+        return has_more
 
     def _drawn(self, count: int, number: int) -> Array:
         """States at rest, at random positions."""
@@ -95,15 +119,34 @@ class FrequencyShifts:
 
     def _shifts(self, at: _Watched, changes: Changes) -> Array:
         """The largest shift at each position, of its tolerance."""
-        found = self._roots(at.states, changes)
-        omega = at.roots.real
-        distance = np.abs(found - at.roots)
-        tolerance = self._asked.tolerance
-        allowed = tolerance.value * (omega if tolerance.relative else 2 * np.pi)
-        with np.errstate(all="ignore"):
-            shifts = np.where(distance < LOST * omega, distance / allowed, np.inf)
-        worst: Array = np.where(omega > 0, shifts, 0.0).max(axis=1, initial=0.0)
+        worst: Array = self._distances(self._roots(at.states, changes), at.roots).max(axis=1, initial=0.0)
         return worst
+
+    def _allowed(self, omega: Array) -> Array:
+        """The tolerance of frequencies."""
+        tolerance = self._asked.tolerance
+        allowed: Array = tolerance.value * (omega if tolerance.relative else np.full_like(omega, 2 * np.pi))
+        return allowed
+
+    def _distances(self, found: AnyArray, exact: AnyArray) -> Array:
+        """Shifts (states, modes) of their tolerance, infinite where a mode is lost."""
+        omega, distance = exact.real, np.abs(found - exact)
+        with np.errstate(all="ignore"):
+            shifts = np.where(distance < LOST * omega, distance / self._allowed(omega), np.inf)
+        return np.where(omega > 0, shifts, 0.0)
+
+    def _modes(self) -> Modes:
+        """The modes of the whole model at the positions that are watched.
+
+        An eigenvalue omega^2 that falls by allowed (2 omega - allowed) uses up the tolerance.
+        """
+        omega = self._watched.roots.real
+        allowed = np.minimum(self._allowed(omega), LOST * omega) * self._limit
+        with np.errstate(all="ignore"):
+            scales = np.where(omega > 0, 1 / (allowed * (2 * omega - allowed)), 0.0)
+        _, J, B = self._linear(self._watched.states, NO_CHANGES)
+        directions, weights = self._places.modes_of(J, B, len(self._tape.results))
+        return Modes(directions, weights, scales)
 
     def _roots(self, states: Array, changes: Changes) -> AnyArray:
         """Roots of the eigenvalues (states, modes), with motors held, then with free ones."""
@@ -123,6 +166,8 @@ class FrequencyShifts:
         size = len(tape.results)
         seeds = np.broadcast_to(np.eye(size)[:, :, None], (size, size, count))
         adjoints = Sweep(tape, size, count).adjoints(rows, seeds, changes)
+        for place in changes.frozen:  # nothing depends on an argument that is a number
+            adjoints[place] = None
         return self._places.picked(tape.values(rows), adjoints)
 
     def _balanced(self, states: Array) -> Array:
@@ -151,6 +196,23 @@ class _Watched:
     def joined(self, other: _Watched) -> _Watched:
         """These states and others."""
         return _Watched(joined([self.states, other.states]), np.concatenate([self.roots, other.roots]))
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """A motion x of joints `moving` (numbers of positions), to which d weights qdd = -S x.
+
+    `weights` are (states, joints, accelerations); `torques` (states, torques, joints) times x hold what does not move.
+    """
+
+    weights: Array
+    moving: Sequence[int]
+    torques: Array
+
+    def stiffness(self, J: Array) -> Array:
+        """S (states, joints, joints)."""
+        found: Array = -(self.weights @ J[:, :, list(self.moving)])
+        return found
 
 
 @dataclass(frozen=True)
@@ -215,12 +277,30 @@ class _Places:
         return values[list(self.accelerations)].T, by(self.positions), by(self.torques)
 
     def stiffness(self, J: Array, B: Array) -> list[Array]:
-        """S with motors held, and -J with free ones (states, joints, joints)."""
-        p, m = list(self.passive), list(self.motors)
+        """S with motors held, and with free ones (states, joints, joints)."""
+        return [motion.stiffness(J) for motion in self._motions(J, B)]
+
+    def modes_of(self, J: Array, B: Array, results: int) -> tuple[Array, Array]:
+        """Directions and weights of modes (`shift_effects.Modes`), with motors held, then with free ones."""
+        found = []
+        for motion in self._motions(J, B):
+            x, y = (vectors[:, : self.modes] for vectors in _vectors_of(motion.stiffness(J)))
+            directions = _placed(x, [self.positions[k] for k in motion.moving], len(self.symbols))
+            directions += _placed(x @ motion.torques.transpose(0, 2, 1), self.torques, len(self.symbols))
+            found.append((directions, _placed(y @ motion.weights, self.accelerations, results)))
+        directions, weights = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
+        return directions, weights
+
+    def _motions(self, J: Array, B: Array) -> list[_Motion]:
+        """With motors held, where there are any, and with free ones."""
+        p, m, size = list(self.passive), list(self.motors), len(self.accelerations)
+        unit = np.broadcast_to(np.eye(size), J.shape)
+        free = _Motion(unit, range(size), np.zeros((len(J), len(self.torques), size)))
         if not m:
-            return [-J]
-        held = _solved(B[:, m], J[:, m][:, :, p])
-        return [-(J[:, p][:, :, p] - B[:, p] @ held), -J]
+            return [free]
+        weights = unit[:, p].copy()
+        weights[:, :, m] = -B[:, p] @ _solved(B[:, m], np.broadcast_to(np.eye(len(m)), B[:, m].shape))
+        return [_Motion(weights, p, -_solved(B[:, m], J[:, m][:, :, p])), free]
 
     def newton(self, qdd: Array, J: Array, B: Array) -> Array:
         """The step (states, sought) of Newton's method; zero where there is none."""
@@ -233,10 +313,40 @@ class _Places:
 
 def _roots_of(S: Array) -> AnyArray:
     """Roots of the eigenvalues (states, modes), by falling real part; those of motions that do not swing are zero."""
-    values = np.linalg.eigvals(np.where(_finite(S), S, 0.0)).astype(complex)
+    roots = _swinging(np.linalg.eigvals(np.where(_finite(S), S, 0.0)))
+    return np.take_along_axis(roots, _order(roots), axis=1)
+
+
+def _vectors_of(S: Array) -> tuple[Array, Array]:
+    """Right and left eigenvectors (states, modes, joints), in the order of the roots; their products are 1."""
+    values, x = np.linalg.eig(np.where(_finite(S), S, 0.0))
+    order = _order(_swinging(values))[:, :, None]
+    right, left = (
+        np.take_along_axis(vectors.real, order, axis=1) for vectors in (x.transpose(0, 2, 1), np.linalg.pinv(x))
+    )
+    largest = np.maximum(np.abs(right).max(axis=2, keepdims=True), SMALLEST)
+    return right / largest, left * largest
+
+
+def _swinging(values: AnyArray) -> AnyArray:
+    """Roots of eigenvalues (states, modes)."""
+    values = values.astype(complex)
     swings: BoolArray = (np.abs(values) > STILL * np.abs(values).max(axis=1, keepdims=True)) & (values.real > 0)
-    roots = np.where(swings, np.sqrt(values), 0.0)
-    return np.take_along_axis(roots, np.argsort(-roots.real, axis=1, kind="stable"), axis=1)
+    return np.where(swings, np.sqrt(values), 0.0)
+
+
+def _order(roots: AnyArray) -> AnyArray:
+    """The order of falling real parts."""
+    return np.argsort(-roots.real, axis=1, kind="stable")
+
+
+def _placed(columns: Array, places: Sequence[int], size: int) -> Array:
+    """Columns (states, modes, ...) added at their places of as many as `size`; those at -1 are left out."""
+    found = np.zeros((*columns.shape[:2], size))
+    for column, place in enumerate(places):
+        if place >= 0:
+            found[:, :, place] += columns[:, :, column]
+    return found
 
 
 def _solved(matrix: Array, right: Array) -> Array:

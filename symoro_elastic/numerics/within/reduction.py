@@ -142,12 +142,14 @@ def _search(task: Task, judges: Judges, best: Best) -> None:
             continue
         errors = trial.judged()
         if (errors <= 1).all() and not trial.keeps_frequencies():
+            if best.trial:
+                return
             continue
         if (errors <= 1).all():
             best.note(trial)
             improved += 1
             raised = _raised(limits, errors)
-            if improved > MOST_IMPROVED or (raised == limits).all():
+            if improved > MOST_IMPROVED or not (trial.raises_frequencies() or (raised > limits).any()):
                 return
             limits = raised
             continue

@@ -5,7 +5,8 @@ and takes one after the other while the *signed sum* of effects stays within the
 sign make room for each other. Effects are of the first order, so that true errors are computed after the pass, and the
 latest fifth of it is given back until they are within the limit. Then adjoints, effects and savings are computed anew
 for the next pass, until a pass takes nothing; where all of a pass was given back, the next does without its first
-candidate. The limit grows in steps: what is cheap is taken first, with effects that are still nearly exact.
+candidate. The limit grows in steps: what is cheap is taken first, with effects that are still nearly exact. What else
+has limits (`MoreErrors`: shifts of natural frequencies) is ordered, summed and checked together with the results.
 
 What is taken out of a part that has died meanwhile would use up the tolerance twice: uses are counted after each change
 (`liveness`), and a candidate that saves nothing any more is skipped.
@@ -13,8 +14,10 @@ What is taken out of a part that has died meanwhile would use up the tolerance t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
@@ -30,6 +33,7 @@ GIVEN_BACK = 5
 MOST_PASSES = 12
 PIVOT_CHANGE = 0.1
 """Largest relative change of a denominator."""
+NONE = np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -60,11 +64,28 @@ def accept_all(changes: Sequence[Change]) -> bool:
     return True
 
 
+class MoreErrors(Protocol):
+    """Errors beside those of the results, of their limits."""
+
+    def errors(self, taken: Sequence[Change]) -> Array:
+        """Return those of changes together, with signs; infinite or NaN where there is no such number."""
+
+    def effects(self, taken: Sequence[Change]) -> Callable[[Change], Array]:
+        """Return by how much one more change moves them, to first order."""
+
+
 class Search:
     """The search on one tape and sample."""
 
-    def __init__(self, tape: Tape, candidates: Sequence[Change], sample: Sample, accepts: Accepts = accept_all) -> None:
-        self._accepts = accepts
+    def __init__(
+        self,
+        tape: Tape,
+        candidates: Sequence[Change],
+        sample: Sample,
+        accepts: Accepts = accept_all,
+        more: MoreErrors | None = None,
+    ) -> None:
+        self._accepts, self._more = accepts, more
         states = sample.states.shape[1]
         self._tape, self._candidates, self._sample = tape, candidates, sample
         self._rows = tape.rows_in(np.empty((tape.count, states)))
@@ -74,6 +95,7 @@ class Search:
         self._unacceptable: set[Change] = set()
         self._computed: list[Change] = []
         self._errors = np.zeros(self._exact.shape)
+        self._further: tuple[list[Change], Array] = [], more.errors([]) if more else NONE
         self._denominators = sorted({tape.operands[k][1] for k, x in enumerate(tape.operations) if x == DIVIDE})
         self._pivots = [self._rows[k].copy() for k in self._denominators]
 
@@ -121,11 +143,17 @@ class Search:
                 self._errors = (self._tape.values(self._rows) - self._exact) * self._sample.weights
         return self._errors
 
+    def further(self, taken: list[Change]) -> Array:
+        """Return signed errors beside those of the results."""
+        if self._more and taken != self._further[0]:
+            self._further = taken, self._more.errors(taken)
+        return self._further[1]
+
     def _begun(self, taken: list[Change]) -> _Begun:
         """What the next passes choose from."""
-        errors, live = self.errors(taken), Liveness(self._tape, taken)
+        errors, live = [self.errors(taken), self.further(taken)], Liveness(self._tape, taken)
         adjoints = self._sweep.adjoints(self._rows, self._sample.weights, Changes.of(taken))
-        effects = _Effects(self._tape, self._rows, adjoints)
+        effects = _Effects(self._tape, self._rows, adjoints, self._more.effects(taken) if self._more else None)
         possible = [change for change in self._candidates if live.is_possible(change)]
         with np.errstate(all="ignore"):
             sizes = [effects.largest(change) for change in possible]
@@ -147,20 +175,20 @@ class Search:
             with np.errstate(all="ignore"):
                 if not (np.abs(self._rows[place] - exact) <= PIVOT_CHANGE * np.abs(exact)).all():
                     return False
-        return True
+        return largest(self.further(taken)) <= limit
 
     def _filled(self, begun: _Begun, refused: Collection[Change], limit: float) -> list[Change]:
         """Return what a pass takes: candidates in order while the sum of errors and effects is within the limit.
 
         What is not accepted is not tried again: more changes would hardly make it so.
         """
-        total, top, live = begun.errors, largest(begun.errors), begun.live
+        total, top, live = begun.errors, largest(*begun.errors), begun.live
         found: list[Change] = []
         for change, size in begun.ordered({*refused, *self._unacceptable}, limit + top):
             if size > limit + top or not live.is_possible(change) or live.saved_by(change) <= 0:
                 continue
-            trial = total + begun.effects.of(change)
-            if not (reached := largest(trial)) <= limit:
+            trial = [one + effect for one, effect in zip(total, begun.effects.of(change), strict=True)]
+            if not (reached := largest(*trial)) <= limit:
                 continue
             if self._accepts([*begun.taken, *found, change]):
                 total, top = trial, reached
@@ -172,31 +200,34 @@ class Search:
 
 
 class _Effects:
-    """Effects of changes on the results, first order, of their limits."""
+    """Effects of changes on the results, and on `further` errors, first order, of their limits."""
 
-    def __init__(self, tape: Tape, rows: Rows, adjoints: Adjoints) -> None:
+    def __init__(
+        self, tape: Tape, rows: Rows, adjoints: Adjoints, further: Callable[[Change], Array] | None = None
+    ) -> None:
         self._tape, self._rows, self._adjoints = tape, rows, adjoints
+        self._further = further or (lambda change: NONE)
         self._most: dict[int, Array] = {}
         found = next(x for x in adjoints if x is not None)
         self._product = np.empty_like(found)
 
-    def of(self, change: Change) -> Array:
-        """Return the effect (results, states), valid until the next call."""
+    def of(self, change: Change) -> list[Array]:
+        """Return the effects on results (results, states) and further errors, valid until the next call."""
         adjoint = self._adjoints[change.place]
         if adjoint is None:
             self._product[:] = 0.0
         else:
             np.multiply(adjoint, moved(self._tape, self._rows, change), self._product)
-        return self._product
+        return [self._product, self._further(change)]
 
     def largest(self, change: Change) -> float:
-        """Return the largest magnitude of the effect: that of the largest adjoint of each state."""
-        adjoint = self._adjoints[change.place]
+        """Return the largest magnitude of the effects; on results that of the largest adjoint of each state."""
+        adjoint, further = self._adjoints[change.place], self._further(change)
         if adjoint is None:
-            return 0.0
+            return largest(further)
         if (most := self._most.get(id(adjoint))) is None:
             most = self._most[id(adjoint)] = np.maximum(adjoint.max(axis=0), -adjoint.min(axis=0))
-        return largest(most * moved(self._tape, self._rows, change))
+        return largest(most * moved(self._tape, self._rows, change), further)
 
 
 @dataclass(frozen=True)
@@ -208,7 +239,7 @@ class _Begun:
 
     taken: Sequence[Change]
     live: Liveness
-    errors: Array
+    errors: Sequence[Array]
     effects: _Effects
     sizes: Mapping[Change, float]
     saved: dict[Change, int] = field(default_factory=dict)
@@ -225,6 +256,7 @@ class _Begun:
         return [(change, size) for _, _, change, size in sorted(found)]
 
 
-def largest(errors: Array) -> float:
+def largest(*errors: Array) -> float:
     """Return the largest magnitude, NaN where one is NaN."""
-    return max(float(errors.max()), -float(errors.min())) if errors.size else 0.0
+    found = [x for each in errors if each.size for x in (float(each.max()), -float(each.min()))]
+    return math.nan if any(map(math.isnan, found)) else max(found, default=0.0)

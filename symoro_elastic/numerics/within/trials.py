@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -83,9 +83,6 @@ class Task:
         """Let natural frequencies be shifted by no more than their tolerance."""
         self.shifts = FrequencyShifts(asked, self.program, self.tape, self.box, self.seed)
 
-    def _accept(self, taken: Sequence[Change]) -> bool:
-        return self._accepts(taken) and (self.shifts is None or self.shifts.keeps(taken))
-
     def only_at(self, nodes: Collection[int]) -> None:
         """Let nothing change but nodes with these numbers."""
         self.candidates = [change for change in self.candidates if self.tape.nodes[change.place].id in nodes]
@@ -130,7 +127,8 @@ class Task:
 
     def searched(self, states: Array, limits: Array, number: int, former: Taken = NOTHING_TAKEN) -> Trial:
         """Return what a search finds at these states, which goes on from a former one."""
-        found = Search(self.tape, self.candidates, self.sample(states, limits), self._accept).run(former)
+        sample = self.sample(states, limits)
+        found = Search(self.tape, self.candidates, sample, self._accepts, self.shifts).run(former)
         return Trial(self, found, states, number)
 
     def unchanged(self) -> Trial:
@@ -172,6 +170,10 @@ class Trial:
             return True
         self.shift = self.task.shifts.judged(self.taken, self._number)
         return self.shift <= 1
+
+    def raises_frequencies(self) -> bool:
+        """Whether the next search has more room for shifts of natural frequencies."""
+        return self.task.shifts is not None and self.shift is not None and self.task.shifts.raise_limit(self.shift)
 
     @property
     def cost(self) -> int:

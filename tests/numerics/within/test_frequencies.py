@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,16 +15,22 @@ from symoro_elastic.generation.reduced import ReducedModel, reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import ALL, Scene
 from symoro_elastic.machine.within import Within, tolerance
+from symoro_elastic.numerics.guarantees.box import box_of
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
+from symoro_elastic.numerics.within.candidates import candidates_of
 from symoro_elastic.numerics.within.frequencies import FrequencyShifts, NaturalFrequencies
 from symoro_elastic.numerics.within.states import Bounds
-from symoro_elastic.numerics.within.tape import NO_CHANGES, Tape
+from symoro_elastic.numerics.within.tape import NO_CHANGES, Change, Kind, Tape
 from symoro_elastic.symbolic.program import Program
+from tests.numerics.guarantees.boxes import limits_of_test
+from tests.references.random_machines import chain
 
 from .cases import EXAMPLES, results_of
 
 TWO_AXIS, BALL_SCREW = EXAMPLES / "two_axis.toml", EXAMPLES / "ball_screw.toml"
 STEP = 1e-6
+CHECKS_ONE_BY_ONE = 429
+"""Exact checks of the chain's search where each candidate is checked before it is taken."""
 
 
 @cache
@@ -31,10 +38,33 @@ def machine(path) -> DescribedMachine:
     return se.read(path)
 
 
+@cache
+def elastic_chain() -> DescribedMachine:
+    """Two slides and two elastic joints, under gravity."""
+    found = chain(4, elastic=(2, 4), prismatic=(1, 3), symbolic=False)
+    return replace(DescribedMachine.of(found), limits=limits_of_test(found))
+
+
 def reduced(path, model: str, **tolerances: str) -> ReducedModel:
+    return reduced_machine(machine(path), model, **tolerances)
+
+
+def reduced_machine(of: DescribedMachine, model: str, **tolerances: str) -> ReducedModel:
     within = Within({name.removeprefix("all"): tolerance(text) for name, text in tolerances.items()})
     scene = Scene(models=(model,), within=within)
-    return reduced_models(machine(path), scene, programs, [ROUNDINGS["double"]])[1][0]
+    return reduced_models(of, scene, programs, [ROUNDINGS["double"]])[1][0]
+
+
+def whole_model(model: str) -> tuple[Program, Bounds]:
+    """The program of the elastic chain, and its box."""
+    asked = programs(elastic_chain(), Scene(models=(model,), fold=ALL))
+    program = asked.package.functions[0].program
+    box = box_of(asked.machine, elastic_chain().limits, program.inputs, program.used)
+    return program, Bounds.of(Tape(program), box.ranges)
+
+
+def shifts_of(program: Program, box: Bounds, motors: tuple[int, ...]) -> FrequencyShifts:
+    return FrequencyShifts(NaturalFrequencies(tolerance("1 %"), motors), program, Tape(program), box, 5)
 
 
 @pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics"])
@@ -132,3 +162,54 @@ def test_models_without_springs_are_refused() -> None:
         reduced(TWO_AXIS, "inertia_matrix", all="1 %", frequencies="1 %")
     with pytest.raises(se.InputError, match="they limit what results allow"):
         reduced(TWO_AXIS, "direct_dynamics", frequencies="1 %")
+
+
+@pytest.mark.parametrize("model", ["direct_dynamics", "inverse_dynamics"])
+def test_first_order_is_what_small_changes_do(model: str) -> None:
+    """Single changes that shift by up to a tenth of the tolerance of 1 %: what is left is of the second order.
+
+    Half a percent is that the estimate is scaled by what an eigenvalue may fall by, allowed (2 omega - allowed). A few
+    changes are large, and cancel in what they shift: of these the second order is larger.
+    """
+    program, bounds = whole_model(model)
+    tape, compared = Tape(program), list[tuple[Kind, bool]]()
+    shifts = shifts_of(program, bounds, elastic_chain().motor_entries)
+    effect = shifts.effects([])
+    for change in candidates_of(tape, tape.rows(bounds.draw(200, np.random.default_rng(1)))):
+        estimate, found = effect(change), shifts.errors([change])
+        most = np.abs(found).max()
+        if 1e-4 < most < 0.1:
+            compared.append((change.kind, bool(np.abs(estimate - found).max() <= (0.0051 + 0.5 * most) * most)))
+    assert len(compared) >= 50
+    assert len({kind for kind, _ in compared}) >= 2
+    assert np.mean([is_near for _, is_near in compared]) > 0.9
+
+
+def test_a_position_that_becomes_a_number_takes_its_stiffness_away() -> None:
+    program, bounds = whole_model("direct_dynamics")
+    motors = elastic_chain().motor_entries
+    (swinging, *_) = (k for k in range(4) if k not in motors)
+    place = Tape(program).symbols[program.inputs[0].symbols[swinging]]
+    found = shifts_of(program, bounds, motors).errors([Change(Kind.FREEZE, place, constant=0.0)])
+    assert np.isinf(found).any()
+
+
+def test_frequencies_are_checked_once_a_pass_and_kept_at_unseen_positions(monkeypatch) -> None:
+    """A tenth of the checks that one for each candidate took; independent derivatives at 1000 other equilibria."""
+    counted: list[int] = []
+    errors = FrequencyShifts.errors
+    monkeypatch.setattr(FrequencyShifts, "errors", lambda self, x: counted.append(len(x)) or errors(self, x))
+    one = reduced_machine(elastic_chain(), "direct_dynamics", all="3 %", frequencies="0.5 %")
+    assert 0 < len(counted) <= CHECKS_ONE_BY_ONE / 10
+    assert one.reduction.shift is not None and one.reduction.shift <= 1
+    whole, left = one.reduction.program, one.reduction.reduced
+    assert one.operations[1] <= 140 < one.operations[0]
+    motors = elastic_chain().motor_entries
+    tape = Tape(whole)
+    bounds = Bounds.of(tape, one.certificates[0].box.ranges)
+    states = shifts_of(whole, bounds, motors)._balanced(bounds.at_rest(1000, np.random.default_rng(78)))
+    at = {name: np.zeros(1000) for argument in whole.inputs for name in argument.symbols}
+    at |= dict(zip(tape.symbols, states, strict=True))
+    exact, found = (natural_frequencies(program, at, motors) for program in (whole, left))
+    assert (exact[:, :4] > 0).all()
+    assert (np.abs(found - exact) <= 0.005 * exact).all()
