@@ -264,7 +264,8 @@ def _reports(
             pairs = zip(wholes, boxes, strict=True)
             subjects = [Subject(function, box, each.rounding) for each, box in pairs]  # pivots are others
         certificates = tuple(_total(_certificate(each, asked.whole.name), reduction) for each in subjects)
-        lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if reduction.left_out else None
+        is_measured = reduction.left_out and asked.machine.moves_by_motors
+        lost = lost_structure(reduction.program, reduction.reduced, boxes[0]) if is_measured else None
         found.append(ReducedModel(function.name, within, reduction, certificates, lost, bool(one.subject)))
         _refuse_rounding(found[-1], reduced.whole)
     return found

@@ -299,6 +299,11 @@ class Machine(Shown):
         """Indices into q (from 0) of the joints driven by motors whose variables are independent."""
         return self.entries(j for j in self.motors if j in self.independent)
 
+    @property
+    def moves_by_motors(self) -> bool:
+        """Whether q are the variables of the motors, in their order: torques and velocities give the power."""
+        return len(self.motors) == len(self.independent) and self.motor_entries == tuple(range(len(self.motors)))
+
     @cached_property
     def elastic_entries(self) -> tuple[int, ...]:
         """Indices into q (from 0) of the elastic joints whose variables are independent."""

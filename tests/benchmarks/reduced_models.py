@@ -5,11 +5,11 @@
 Each machine, on a base at rest and without wrenches, has its inverse and direct model reduced within 1 % by each way of
 `keep`, with confidence and with proof. A row says how many operations are left, and the worst error found, as a part
 of the one that is said: at states that no search has seen, half of them at corners, and by climbing. A proof must hold
-at all of them; a confident bound at drawn states, so climbing that gets above it is shown, but is no mistake. Where all
-joints have motors, three more numbers say how asymmetric the inertia matrix is, of the largest entry, what its least
-eigenvalue is, of the largest, and what power is made from nothing, of the largest power: derivatives are those of
-complex steps. `parameters` and `inertia` promise 1e-14, more than zero and 1e-12; the matrix of a direct model is found
-by inversion, and may be off by its condition number times as much.
+at all of them; a confident bound at drawn states, so climbing that gets above it is shown, but is no mistake. Where
+positions are those of motors, three more numbers say how asymmetric the inertia matrix is, of the largest entry, what
+its least eigenvalue is, of the largest, and what power is made from nothing, of the largest power, by complex steps.
+`parameters` and `inertia` promise 1e-14, more than zero and 1e-12; the matrix of a direct model is found by inversion,
+and may be off by its condition number times as much.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ class _Motion:
 
 
 def structure_of(one: ReducedModel, box: Box) -> Structure | None:
-    """What a model keeps; None where not all joints have motors, or friction has power, too."""
+    """What a model keeps, whose positions are those of motors; None where it has other arguments, too."""
     reduced, whole = one.reduction.reduced, one.reduction.program
     moved = {"inverse_dynamics": "qdd_motor", "direct_dynamics": "tau"}[one.model]
     inputs = {argument.name: argument.symbols for argument in whole.inputs}
@@ -221,11 +221,15 @@ def attack_reduced(machines: Iterator[tuple[str, Machine]], chosen: Sequence[str
             except InputError as error:
                 print(f"{said}: {error}", flush=True)
                 continue
-            broken += _print_row(said, one, keep, guaranteed, states, time.process_time() - began)
+            is_measured = alone.moves_by_motors and one.reduction.left_out
+            kept = structure_of(one, one.certificates[0].box) if is_measured else None
+            broken += _print_row(said, one, keep, guaranteed, states, kept, time.process_time() - began)
     return broken
 
 
-def _print_row(said: str, one: ReducedModel, keep: Keep, guaranteed: Guaranteed, states: int, took: float) -> bool:
+def _print_row(
+    said: str, one: ReducedModel, keep: Keep, guaranteed: Guaranteed, states: int, kept: Structure | None, took: float
+) -> bool:
     """Print what was found of a model; return whether it breaks what is said of it."""
     (certificate,) = one.certificates
     attack = AttackOfReduced(one.reduction.program, one.reduction.reduced, certificate.box)
@@ -238,7 +242,6 @@ def _print_row(said: str, one: ReducedModel, keep: Keep, guaranteed: Guaranteed,
     sizes = np.array([entry.magnitude for entry in certificate.entries])
     parts = [_most(found, stated, sizes) for found in (drawn, climbed)]
     whole, left = one.operations
-    kept = structure_of(one, certificate.box) if one.reduction.left_out else None
     is_broken = parts[guaranteed is Guaranteed.PROVEN] > 1 + ROUNDED
     is_broken |= kept is not None and keep is not Keep.TERMS and not kept.is_kept
     shown = f"{kept.asymmetry:.1g}, {kept.least:.1g}, {kept.power:.1g}" if kept else "-"

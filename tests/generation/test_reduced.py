@@ -26,6 +26,7 @@ from symoro_elastic.numerics.within.structure import STATES, _Inverse, lost_stru
 from symoro_elastic.symbolic.arithmetic import evaluate
 from symoro_elastic.symbolic.differentiation import Differentiation
 from symoro_elastic.symbolic.expression import Operand
+from tests.closed_chains.machines import machine as closed_machine
 from tests.command_line import refused, run
 from tests.numerics.guarantees.boxes import limits_of_test
 from tests.references.random_machines import chain, random_machine
@@ -194,6 +195,16 @@ def test_lost_structure_is_measured() -> None:
     assert nothing and nothing.asymmetry < 1e-14 and nothing.power == 0
     assert one.lost
     assert one.lost.asymmetry > 1e-5 or one.lost.power > 1e-3
+
+
+@pytest.mark.thorough
+def test_nothing_is_said_of_structure_where_positions_are_not_those_of_motors() -> None:
+    """The gantry moves with the yaw of its beam, four motors drive it: torques times velocities are no power."""
+    gantry = closed_machine("gantry")
+    assert not gantry.moves_by_motors and closed_machine("sr400").moves_by_motors
+    machine = replace(DescribedMachine.of(gantry), limits=limits_of_test(gantry))
+    one = reduced(machine, "inverse_dynamics", within("1 %"))
+    assert one.reduction.left_out and one.lost is None
 
 
 @pytest.mark.thorough

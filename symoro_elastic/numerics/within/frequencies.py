@@ -299,7 +299,7 @@ class _Places:
         if not m:
             return [free]
         weights = unit[:, p].copy()
-        weights[:, :, m] = -B[:, p] @ _solved(B[:, m], np.broadcast_to(np.eye(len(m)), B[:, m].shape))
+        weights[:, :, m] = -B[:, p] @ _solved(B[:, m], unit[:, : len(m), : len(m)])
         return [_Motion(weights, p, -_solved(B[:, m], J[:, m][:, :, p])), free]
 
     def newton(self, qdd: Array, J: Array, B: Array) -> Array:

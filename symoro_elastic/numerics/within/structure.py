@@ -7,6 +7,9 @@ power of the velocity torques c is the rate of change of A:
 
 A reduced one makes power from nothing, or takes it: the difference of both sides from that of the whole model, since
 friction has power in both. Whole parameters that are left out keep both; terms do not, and so the text says how much.
+
+That is so where positions, velocities and torques are those of the same joints: not where loops or couplings give the
+positions of motors (a gantry whose model moves with its yaw, driven by the carriages on both sides).
 """
 
 from __future__ import annotations
@@ -41,7 +44,10 @@ class LostStructure:
 
 
 def lost_structure(whole: Program, reduced: Program, box: Box, seed: int = 0) -> LostStructure | None:
-    """What is lost of the structure of an inverse model whose joints all have motors; None for others."""
+    """What is lost of the structure of an inverse model whose variables are all those of motors; None for others.
+
+    Whether they are is for the caller to know (`Machine.moves_by_motors`) where there are as many motors as variables.
+    """
     inputs = {argument.name: argument.symbols for argument in whole.inputs}
     if {*inputs} != {"q", "qd", "qdd_motor"} or len({len(symbols) for symbols in inputs.values()}) != 1:
         return None
