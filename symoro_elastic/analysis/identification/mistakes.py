@@ -26,6 +26,7 @@ ALIKE, UNIT = 0.9, 5.0  # correlation of torques with those by the file, and fac
 SIGN = 4.0  # standard deviations below zero
 ROUNDS, NEGATIVE, SMALL = 15, 0.01, 0.1  # fits that tell signs; of the largest torque: below zero, near it
 ITS_OWN = 0.02  # share by which a torque is a motion
+USUAL = 0.5  # of the samples at which a joint moves: one value there is that of a sensor, not of a torque
 NEAR_TURN, MOST_JUMPS, LATE = 0.5, 0.9, 1.5  # rad about a turn; share of jumps that are turns; of a usual step of time
 ZEROS, TURNS = tuple(np.linspace(-2.75, 3.14, 12)), 4 * np.pi  # rad; range of a position that joints hardly have
 RATIOS = tuple(np.linspace(np.log(4), np.log(400), 60))  # logarithms of ratios of gears
@@ -125,7 +126,7 @@ def mistakes_of(equations: Equations, records: Sequence[Sampled], estimates: Seq
     longest = max(records, key=lambda x: len(x.motion.t))
     log = _log_of(longest)
     seen = [*_dead(equations, longest), *(_motions(equations, log) if log else ())]
-    said = seen or _other_sign(estimates)
+    said = [*_unresolved(equations, longest), *(seen or _other_sign(estimates))]
     if log is None or seen:
         return said
     trial = _Trial(equations, log)
@@ -260,6 +261,21 @@ def _dead(equations: Equations, sampled: Sampled) -> list[str]:
     constant = [joint.name for k, joint in enumerate(machine.motor_joints) if np.ptp(tau[:, k]) == 0]
     what = "does not change while the joint moves: is its torque measured?"
     return [f"tau_{name} {what}" for name in constant if name in moved and name not in still]
+
+
+def _unresolved(equations: Equations, sampled: Sampled) -> list[str]:
+    """Return lines on torques that have one value at most samples at which their joint moves, as below the resolution
+    or in the dead band of a sensor."""
+    machine, lines = equations.machine, []
+    entries = {joint.name: k for k, joint in enumerate(machine.independent_joints)}
+    for joint, tau in zip(machine.motor_joints, sampled.motion.tau.T, strict=True):
+        moving = sampled.counted[:, entries[joint.name]] if joint.name in entries else np.zeros(len(tau), dtype=bool)
+        usual = float(np.quantile(tau[moving], 0.5, method="lower")) + 0.0 if moving.any() else 0.0
+        share = float((tau[moving] == usual).mean()) if moving.any() and np.ptp(tau) > 0 else 0.0
+        if share > USUAL and entries[joint.name] not in sampled.motion.still:
+            what = f"is {usual:.3g} at {100 * share:.0f} % of the samples at which the joint moves"
+            lines.append(f"tau_{joint.name} {what}: its sensor does not resolve it, and estimates of it say little")
+    return lines
 
 
 def _other_sign(estimates: Sequence[Estimate]) -> list[str]:

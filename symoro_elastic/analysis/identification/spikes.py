@@ -2,7 +2,8 @@
 
 The identifier of Hampel (Pearson 2002), on what of a signal is faster than the motion: a sample is a spike where it
 differs from the median of its neighbours by more than noise does, which a quantile tells that spikes do not move, and
-by more than a slope does at an edge, as where dry friction reverses. Spikes become the median.
+by more than a slope does at an edge, as where dry friction reverses. Spikes become the median. Samples of the usual
+value tell no noise, for a sensor that shows small torques as zero has pulses, no spikes.
 """
 
 from __future__ import annotations
@@ -58,7 +59,9 @@ def spikes_of(x: Array, slow: Array) -> Found:
     beside = fast - median(fast, NEIGHBOURS, mode="nearest")
     slopes = median(np.abs(np.diff(fast, prepend=fast[:1])), NEIGHBOURS + 2, mode="nearest")
     beyond = np.abs(beside) - ALONG_SLOPES * slopes
-    spikes = beyond > STICKS_OUT * max(_deviation(beside), resolution_of(x), LEAST * float(x.std()))
+    unusual = x != np.quantile(x, 0.5, method="lower")
+    noise = _deviation(beside[unusual]) if unusual.any() else 0.0
+    spikes = beyond > STICKS_OUT * max(noise, _deviation(beside), resolution_of(x), LEAST * float(x.std()))
     for k in np.flatnonzero(spikes):
         spikes[k] = beyond[k] > STICKS_OUT * _deviation(beside[max(0, k - NEAR) : k + NEAR + 1])
     return Found(np.where(spikes, x - beside, x), spikes)

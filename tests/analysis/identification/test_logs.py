@@ -334,6 +334,11 @@ def one(k: int, factor: float) -> Array:
     return np.where(np.arange(2) == k, factor, 1.0)
 
 
+def dead_band(tau: Array) -> Array:
+    """Torques of the elbow by a sensor that shows zero for most of them."""
+    return np.where((abs(tau) < np.quantile(abs(tau), 0.8, axis=0)) & (np.arange(2) == 1), 0.0, tau)
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -345,6 +350,7 @@ def one(k: int, factor: float) -> Array:
         (replaced("tau", lambda x: x * one(0, 0.01)), "give --gain"),
         (replaced("tau", lambda x: x * one(1, 1000.0)), "give --gain elbow="),
         (replaced("tau", lambda x: x * one(1, 0.0)), "tau_elbow does not change while the joint moves"),
+        (replaced("tau", dead_band), "tau_elbow is 0 at "),
         (replaced("tau", lambda x: -x), "all torques have the opposite sign"),
         (replaced("tau", lambda x: x / 100), "all values are 0.01 of those of the file"),
         (replaced("t", lambda t: t / 60), "t is in minutes"),
@@ -365,6 +371,7 @@ def test_mistakes_of_columns_are_named(change: Change, said: str) -> None:
         "exchanged",
         "give --gain",
         "does not change",
+        "does not resolve",
         "all values are",
         "minutes",
         "of the motor, not",

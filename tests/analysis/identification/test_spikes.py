@@ -58,8 +58,19 @@ SIGNALS: dict[str, Callable[[], Array]] = {
     "noise only while it moves": lambda: SLOW + NOISE * (T > 7),
     "noise that is slow": lambda: SLOW + 10 * smooth(NOISE, replace(CHOSEN, cutoff=60.0)),
     "a spring that rings after a stop": lambda: SLOW + 5 * np.exp(-5 * (T - 4)) * np.sin(250 * (T - 4)) * (T > 4),
+    "a sensor with a dead band": lambda: np.where(abs(NOISE) > 0.4, NOISE, 0.0),
     "an encoder of 10 bits": lambda: np.round(SLOW / 20 / (2 * np.pi / 1024)) * 2 * np.pi / 1024,
 }
+
+
+def test_spikes_at_rest_are_found() -> None:
+    """Of a joint that rests for nine tenths of the record, whose encoder shows one value there; 1 % are spikes."""
+    x = np.round(np.where(T > 9, SLOW, SLOW[4500]) / 20 / 1e-3) * 1e-3
+    spiked = x.copy()
+    spiked[7::100] += 0.1
+    repaired, at = found(spiked)
+    np.testing.assert_array_equal(at, np.arange(7, 5000, 100))
+    assert abs(repaired - x)[at].max() <= 2e-3  # two steps of the encoder, which moves by less than one a sample
 
 
 @pytest.mark.parametrize("name", SIGNALS)
