@@ -196,15 +196,22 @@ class VibratingTables:
 
     def modes(self, at: Mapping[str, float], hold: Sequence[str]) -> tuple[Any, Any]:
         """Natural frequencies in Hz and damping ratios of the oscillating poles, by frequency."""
+        return self.mode_shapes(at, hold, [])[:2]
+
+    def mode_shapes(self, at: Mapping[str, float], hold: Sequence[str], outputs: Sequence[str]) -> tuple[Any, Any, Any]:
+        """The same, and amplitudes (modes, outputs), complex, the largest of each mode 1."""
         q, *matrices = self.small_motions(at)
         fixed = {self.variables.index(self.names[name]) for name in hold}
         kept = [k for k in range(len(q)) if k not in fixed]
         M, D, K = (x[np.ix_(kept, kept)] for x in matrices)
         none, one = np.zeros_like(M), np.eye(len(kept))
-        poles = np.linalg.eigvals(np.block([[none, one], [-np.linalg.solve(M, np.hstack([K, D]))]]))
-        poles = poles[poles.imag > 0]
-        poles = poles[np.argsort(abs(poles))]
-        return abs(poles) / (2 * np.pi), -poles.real / abs(poles)
+        poles, vectors = np.linalg.eig(np.block([[none, one], [-np.linalg.solve(M, np.hstack([K, D]))]]))
+        order = [k for k in np.argsort(abs(poles)) if poles[k].imag > 0]
+        poles, vectors = poles[order], vectors[: len(kept), order]
+        rows = np.stack([self._row(q, name)[kept] for name in outputs]) if outputs else np.zeros((0, len(kept)))
+        shapes = (rows @ vectors).T * poles[:, None] ** [_order(name) for name in outputs]
+        size = abs(shapes).max(axis=1, keepdims=True) if outputs else 1.0
+        return abs(poles) / (2 * np.pi), -poles.real / abs(poles), shapes / size
 
     def _row(self, q: Any, signal: str) -> Any:
         """Jacobian (n,) behind a signal."""

@@ -166,7 +166,7 @@ class Band:
 
 def lacking(lines: Sequence[Lines], fit: Fit) -> list[Band]:
     """Return the bands of the largest residuals, at most two, where chi2 says that the model lacks something."""
-    if not fit.chi2 > fit.far:
+    if not (lines and fit.chi2 > fit.far):
         return []
     f = np.concatenate([np.tile(line.f, 2) for line in lines])
     r2 = np.minimum(fit.residuals[: len(f)] ** 2, 1e12)

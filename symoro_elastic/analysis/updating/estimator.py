@@ -24,7 +24,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from symoro_elastic.analysis.updating.beside import Beside, Seen, beside_of, gains_of
-from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest, with_windows
+from symoro_elastic.analysis.updating.measured import MeasuredResponse, VibrationTest, roughly, with_windows
 from symoro_elastic.analysis.updating.misfit import CAUCHY, Doubt, Fit, Lines, Misfit, Residuals, differences, in_parts
 from symoro_elastic.analysis.updating.noise import deviations, is_known, usual_chi2
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
@@ -35,8 +35,8 @@ from symoro_elastic.numerics.motion.signals import outputs
 
 WIDTHS = (0.3, 0.1, 0.03)
 """Of the kernel that smooths responses, over the frequency."""
-SCANNED, MOST_SCANNED = 100, 3
-"""Points within the prior, and of them those that fits begin at."""
+SCANNED, MOST_SCANNED, MODAL_SCANNED, MOST_MODAL = 100, 3, 60, 8
+"""Points within the prior, and of them those that fits begin at; the same for lists of modes."""
 LEAST_SPREAD = 0.01
 ALONG, APART, MOST_ALONG = np.linspace(-1.5, 1.5, 13), 0.4, 4
 """Points on a line along an unknown, how far apart starts on it are, over its prior, and how many are taken."""
@@ -183,6 +183,14 @@ def _of(tests: Sequence[VibrationTest], line: Lines) -> MeasuredResponse:
     return tests[line.test].responses[line.place]
 
 
+def _modal_cost(misfit: Misfit, x: Array) -> float:
+    """Return the cost of modes at x, infinite without equilibrium."""
+    try:
+        return misfit.modal_cost(x)
+    except (InputError, np.linalg.LinAlgError):
+        return math.inf
+
+
 def _longer(tests: Sequence[VibrationTest]) -> list[VibrationTest]:
     """Return tests with exponential windows that are a little longer than they are named."""
     found = []
@@ -223,6 +231,8 @@ class Estimator:
         Before others than that near the start are sought, `check` is called with it and its predictions: it may refuse
         the tests.
         """
+        if not self.lines:
+            return self._of_modes()
         alone: list[Minimum] = []
         beside: list[Minimum] = []
         for one in self._minima(check, alone, beside):
@@ -231,16 +241,42 @@ class Estimator:
         else:
             one = min(alone, key=_distance)
         best = min(alone, key=_distance)
-        if one is best and self.lines:
+        if one is best:
             one = self._explained(best, beside)
         has_modes = any(test.modes for test in self.predictions.tests)
-        widens = self.lines and not (has_modes or (one.is_far and one.fit.beside))
+        widens = not (has_modes or (one.is_far and one.fit.beside))
         one, under = self._behind_windows(self._told(one))
         found = replace(one.widened() if widens else one.fit, under=under)
         for doubt in under:
             if doubt.counts:
                 found = replace(found, covariance=found.covariance + np.outer(doubt.shift, doubt.shift))
         return found if one is best else replace(found, chi2_alone=best.fit.chi2)
+
+    def _of_modes(self) -> Fit:
+        """Return the best minimum of lists of modes alone: of those near the start and near some points of the prior.
+
+        Frequencies often have several: intervals hold those that explain the modes as well.
+        """
+        points = self._within_prior()[:MODAL_SCANNED]
+        rough = replace(self.alone, predictions=self.predictions.of([roughly(test) for test in self.predictions.tests]))
+        order = np.argsort([_modal_cost(rough, x) for x in points])
+        found = [self._near(self.alone, x) for x in (self.start, *points[order[:MOST_MODAL]])]
+        costs = [_modal_cost(self.alone, one.x) for one in found]
+        fit = found[int(np.argmin(costs))].fit
+        std, seen = np.sqrt(np.diag(fit.covariance)), [fit.x]
+        covariance = fit.covariance
+        for cost, one in zip(costs, found, strict=True):
+            apart = min(float((np.abs(one.x - x) / std).max()) for x in seen)
+            if cost < min(costs) + SAME and apart > CLEAR:
+                seen.append(one.x)
+                covariance = covariance + np.outer(one.x - fit.x, one.x - fit.x)
+        return replace(fit, covariance=covariance)
+
+    def _within_prior(self) -> Array:
+        """Return points (SCANNED, p) within the prior."""
+        rng = np.random.default_rng(0)
+        points: Array = self.start + rng.uniform(-1, 1, (SCANNED, len(self.start))) / np.sqrt(self.prior)
+        return points
 
     def _told(self, one: Minimum) -> Minimum:
         """Return a minimum, or that with factors and delays of channels that residuals tell though they are small."""
@@ -437,8 +473,11 @@ class Estimator:
             yield Minimum(misfit, misfit.minimum(x, differences))
 
     def _near(self, misfit: Misfit, x: Array) -> Minimum:
-        """Return the minimum near x: stage 1, then stage 2, whose noise is that of the residuals if unknown."""
-        x = misfit.minimum(x, _logarithms)
+        """Return the minimum near x: stage 1, then stage 2, whose noise is that of the residuals if unknown.
+
+        Pairs of modes that are in doubt count in stage 1: far from the end none is sure.
+        """
+        x = misfit.with_all_pairs.minimum(x, _logarithms)
         for _ in range(1 if all(line.sd_is_known for line in misfit.lines) else 2):
             misfit = misfit.with_noise(x)
             x = misfit.minimum(x, differences)
@@ -476,8 +515,7 @@ class Estimator:
 
     def _scanned(self, _: Fit) -> Iterator[Array]:
         """Yield minima of smoothed responses near the best of many points within the prior."""
-        rng = np.random.default_rng(0)
-        points = self.start + rng.uniform(-1, 1, (SCANNED, len(self.start))) / np.sqrt(self.prior)
+        points = self._within_prior()
         order = np.argsort([self.smoothed_cost(x, WIDTHS[1]) for x in points])
         for k in order[:MOST_SCANNED]:
             yield self._of_smoothed(points[k])

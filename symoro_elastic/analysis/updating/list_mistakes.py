@@ -46,7 +46,7 @@ def refuse_wrong_list(
     largest share of the distance that is fitted.
     """
     listed = ListedTests(machine, estimator.predictions.tests)
-    if any(test.modes for test in listed.tests) or not is_far(fit):
+    if not (estimator.lines and is_far(fit)):
         return
     starts = [estimator.start, fit.x]
     as_it_is = [estimator.smoothed_cost(x, WIDTHS[0]) for x in starts]

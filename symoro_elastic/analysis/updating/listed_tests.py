@@ -76,6 +76,10 @@ class ListedTests:
             if changed and (len(scope) == 1 or len(changed) > 1):
                 yield Corrected(what, tuple(found), changed)
 
+    def with_test(self, what: str, k: int, test: VibrationTest) -> Corrected:
+        """Return the tests with another one in the place of one."""
+        return Corrected(what, (*self.tests[:k], test, *self.tests[k + 1 :]), (k,))
+
     def positions(self) -> Iterator[Corrected]:
         """Yield tests with other positions: mirrored, in degrees or mm, of exchanged joints or tests."""
         names = list(dict.fromkeys(name for test in self.tests for name in test.at))
@@ -128,13 +132,14 @@ class ListedTests:
     def signals(self) -> Iterator[Corrected]:
         """Yield tests with another axis, a moment for a force, another body, and either sign, of input or output."""
         pairs = [(one.output, one.input) for test in self.tests for one in test.responses]
-        for side, others in ((0, self._other_outputs), (1, self._other_inputs)):
+        for side, others in ((0, self.other_outputs), (1, self._other_inputs)):
             for name in dict.fromkeys(pair[side] for pair in pairs):
                 for other, sign in [(name, -1.0), *product(others(name), (1.0, -1.0))]:
                     what = f"{name} is {'-' if sign < 0 else ''}{other}"
                     yield from self.each(what, partial(_named, side=side, name=name, other=other, sign=sign))
 
-    def _other_outputs(self, name: str) -> Iterator[str]:
+    def other_outputs(self, name: str) -> Iterator[str]:
+        """Yield the outputs that one may be in place of: other axes of its frame, other frames or joints."""
         owner, _, quantity = name.rpartition(".")
         if quantity in JOINT_OUTPUTS:
             yield from (f"{other}.{quantity}" for other in self._moving if other != owner)

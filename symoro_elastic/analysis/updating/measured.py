@@ -8,6 +8,9 @@ from dataclasses import dataclass, field, replace
 from symoro_elastic.analysis.updating.windows import Window, WindowKind, usual_window
 from symoro_elastic.foundation.array_types import Array, ComplexArray
 
+ROUGH_F = 0.05
+"""Relative standard deviation of frequencies by which values far off are compared."""
+
 
 @dataclass(frozen=True)
 class MeasuredResponse:
@@ -70,6 +73,13 @@ class VibrationTest:
     def with_zero(self, joint: str, zero: float) -> VibrationTest:
         """Return the test with this added to the position of a joint."""
         return replace(self, at={**self.at, joint: self.at.get(joint, 0.0) + zero})
+
+
+def roughly(test: VibrationTest) -> VibrationTest:
+    """Return a test whose modes are known roughly, so that those far off differ by more than being far."""
+    if (modes := test.modes) is None:
+        return test
+    return replace(test, modes=replace(modes, std_f=ROUGH_F * modes.f, std_zeta=None))
 
 
 def with_windows(

@@ -7,7 +7,7 @@ s = max(1, 1.4826 median |r|). Unknowns are ln p, then the coefficients of what 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
@@ -16,7 +16,7 @@ import numpy as np
 from symoro_elastic.analysis.updating.beside import Beside, Delay, Gain
 from symoro_elastic.analysis.updating.measured import MeasuredModes, MeasuredResponse, VibrationTest
 from symoro_elastic.analysis.updating.noise import spike_limit
-from symoro_elastic.analysis.updating.predictions import Predicted, PredictedModes, Predictions
+from symoro_elastic.analysis.updating.predictions import Predicted, PredictedModes, Predictions, Swinging, paired
 from symoro_elastic.analysis.updating.windows import Window
 from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray
 from symoro_elastic.foundation.errors import InputError
@@ -28,6 +28,8 @@ LEAST_FALL = 1e-3
 MOST_STEPS = 60
 MOST_REFUSED = 8
 CAUCHY = 2.5
+SHAPES, UNPAIRED = 25.0, 40.0
+"""Costs of a mode whose MAC is 0, so that one whose 1 - MAC is 0.02 costs half of one; of one that the model lacks."""
 USUAL_F, USUAL_ZETA = 0.002, 0.1
 """Relative standard deviations of frequencies and damping ratios that no file gives."""
 QUIET = 3.0
@@ -171,7 +173,7 @@ class Misfit:
         parts = [of(line, *self.seen(k, predicted, x)) for k, line in enumerate(self.lines)]
         for test, one in zip(self.predictions.tests, predicted, strict=True):
             if test.modes is not None and one.modes is not None:
-                modal = _modal(test.modes, one.modes)
+                modal = modal_residuals(test.modes, one.modes)
                 parts.append(Residuals(modal.r, np.pad(modal.J, ((0, self.beside.count), (0, 0)))))
         return Residuals(np.concatenate([part.r for part in parts]), np.concatenate([part.J for part in parts], axis=1))
 
@@ -247,6 +249,28 @@ class Misfit:
                 break
         return cost
 
+    @property
+    def with_all_pairs(self) -> Misfit:
+        """The same, in which pairs of modes count that are in doubt."""
+        return replace(self, predictions=self.predictions.with_all_pairs())
+
+    def modal_cost(self, x: Array, swinging: Sequence[Swinging] | None = None) -> float:
+        """Return the cost of all measured modes and of the prior at ln p, with or without a sure partner.
+
+        `swinging` is what oscillates in each test there, if that is known.
+        """
+        own, tests = swinging or self.predictions.swinging(x), self.predictions.tests
+        each = [modal_distance(test.modes, one) for test, one in zip(tests, own, strict=True) if test.modes]
+        return float(sum(each) + 0.5 * self.prior[: self.unknowns] @ (x - self.predictions.sought.start) ** 2)
+
+    def is_modal_noise(self, cost: float) -> bool:
+        """Whether a cost of modes is no more than noise of their values and the doubt of the start explain.
+
+        Cauchy's cost of a normal value is 0.4 +- 0.5; of a start within one deviation of the prior, 0.5 each at most.
+        """
+        values = sum(2 * len(test.modes.f) for test in self.predictions.tests if test.modes)
+        return cost < 0.4 * values + 3 * 0.5 * math.sqrt(values) + 0.5 * self.unknowns
+
     def with_noise(self, x: Array) -> Misfit:
         """Return the same with the standard deviations of residuals, where none are known."""
         if all(line.sd_is_known for line in self.lines):
@@ -279,7 +303,8 @@ class Misfit:
         known = all(line.sd_is_known for line in self.lines)
         return Fit(
             x[:p], information, covariance[:p, :p], chi2 if known else math.nan, here.r, weights,
-            self.tally.evaluations, self.far, self.lines,
+            self.tally.evaluations, self.far if self.lines else max(self.far, _largest_chi2(freedom * len(here.r))),
+            self.lines,
             self.cost(here.r, x, CAUCHY) if known else self._median_logarithm(here.r), wider,
             self.beside.largest(x[m:]), self.beside.delays(x[m:], np.sqrt(np.diag(covariance)[m:])),
             self.beside.factors(x[m:], covariance[m:, m:]), tests=self.predictions.tests_at(x[:m]),
@@ -352,7 +377,24 @@ def _of_normal_noise() -> tuple[float, float]:
     return float(density @ (weight * r**2)) / mean, of_slope**2 / of_psi / mean
 
 
-def _modal(measured: MeasuredModes, predicted: PredictedModes) -> Residuals:
+def _largest_chi2(freedom: float) -> float:
+    """Return what a mean square of noise exceeds once in a thousand, by degrees of freedom (Wilson and Hilferty)."""
+    spread = 2 / (9 * max(freedom, 1.0))
+    return float((1 - spread + 3.09 * math.sqrt(spread)) ** 3)
+
+
+def modal_distance(measured: MeasuredModes, own: Swinging) -> float:
+    """Return how far modes are from what oscillates: Cauchy's cost of residuals, 1 - MAC, modes without a partner."""
+    pairs = paired(measured, own)
+    poles, k = own.poles[pairs.columns], len(measured.f)
+    f, zeta, nothing = np.full(k, np.nan), np.full(k, np.nan), np.zeros((0, k))
+    f[pairs.rows], zeta[pairs.rows] = np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
+    r = modal_residuals(measured, PredictedModes(f, zeta, nothing, nothing)).r
+    shapes = SHAPES * float((1 - pairs.likeness).sum())
+    return float(0.5 * CAUCHY**2 * np.log1p((r / CAUCHY) ** 2).sum()) + shapes + UNPAIRED * (k - len(pairs.rows))
+
+
+def modal_residuals(measured: MeasuredModes, predicted: PredictedModes) -> Residuals:
     """Return ln(f/f_measured)/sd and ln(zeta/zeta_measured)/sd of modes that have a partner, zero for others."""
     parts = []
     for own, value, slopes, std, usual in (

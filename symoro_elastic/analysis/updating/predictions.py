@@ -15,7 +15,7 @@ from symoro_elastic.analysis.updating.windows import behind
 from symoro_elastic.analysis.vibration.linearization import Linearization, linearize, with_motors
 from symoro_elastic.analysis.vibration.modes import damped_poles
 from symoro_elastic.analysis.vibration.slopes import LinearSlopes, linear_slopes, pole_slopes, ratio_slopes
-from symoro_elastic.foundation.array_types import Array, ComplexArray
+from symoro_elastic.foundation.array_types import Array, BoolArray, ComplexArray, IndexArray
 from symoro_elastic.foundation.errors import InputError
 from symoro_elastic.foundation.packages import for_vibrations
 from symoro_elastic.machine.described import drives_of
@@ -90,6 +90,7 @@ class Predictions:
         self._loops = loops_of(self.motion, self.parameters) if known else {}
 
         self.windowed: tuple[int | str, ...] = ()
+        self.pairs_all = False
 
     def of(self, tests: Sequence[VibrationTest], windowed: Sequence[int | str] = ()) -> Predictions:
         """Return predictions of other tests with the same signals; windows of those `windowed` (w) are unknown.
@@ -98,6 +99,12 @@ class Predictions:
         """
         found = copy.copy(self)
         found.tests, found.windowed = tuple(tests), tuple(windowed)
+        return found
+
+    def with_all_pairs(self) -> Predictions:
+        """Return the same predictions, in which pairs of modes that are in doubt count, as they do far from the end."""
+        found = copy.copy(self)
+        found.pairs_all = True
         return found
 
     @property
@@ -125,8 +132,7 @@ class Predictions:
         Raises `InputError` without equilibrium.
         """
         p = len(self.sought.unknowns)
-        values = dict(zip(self.sought.labels, np.exp(x[:p]).tolist(), strict=True))
-        motion = self.motion.at_values({name: values[name] for name in self.parameters})
+        values, motion = self._at_values(x)
         found = []
         for k, test in enumerate(self.tests_at(x) if tests is None else tests):
             linear = self.linear_at(motion, test, values)
@@ -141,6 +147,16 @@ class Predictions:
                             response.slopes[p + row] = slope
             found.append(one)
         return found
+
+    def swinging(self, x: Array) -> list[Swinging]:
+        """Return what oscillates in each test at logarithms x (p,); raises `InputError` without equilibrium."""
+        values, motion = self._at_values(x)
+        return [swinging_of(self.linear_at(motion, test, values)) for test in self.tests]
+
+    def _at_values(self, x: Array) -> tuple[dict[str, float], EquationsOfMotion]:
+        """Return the values of the unknowns, and the machine that has them."""
+        values = dict(zip(self.sought.labels, np.exp(x[: len(self.sought.unknowns)]).tolist(), strict=True))
+        return values, self.motion.at_values({name: values[name] for name in self.parameters})
 
     def _by_change(
         self, linear: Linearization, test: VibrationTest, name: int | str, values: Mapping[str, float]
@@ -179,8 +195,7 @@ class Predictions:
 
     def doubts_at(self, x: Array) -> list[str]:
         """Return what is left out of the machine in these tests: backlash, bristles of friction, drives that are on."""
-        values = dict(zip(self.sought.labels, np.exp(x).tolist(), strict=True))
-        motion = self.motion.at_values({name: values[name] for name in self.parameters})
+        values, motion = self._at_values(x)
         found: dict[str, list[str]] = {}
         driven = drives_of(self.sought.machine).by_motor
         for test in self.tests:
@@ -210,7 +225,7 @@ class Predictions:
                 if window is not None:
                     own, by = window.seen(own), window.seen(by)
                 responses[k] = PredictedResponse(own, by if slopes else None)
-        modes = None if test.modes is None else _modes_of(changed, test.modes)
+        modes = None if test.modes is None else _modes_of(changed, test.modes, self.pairs_all)
         return Predicted(tuple(one for one in responses if one is not None), modes)
 
     def _slopes(self, linear: Linearization, test: VibrationTest, values: Mapping[str, float]) -> LinearSlopes:
@@ -263,27 +278,59 @@ def _groups(responses: Sequence[MeasuredResponse]) -> list[list[int]]:
     return groups
 
 
-def _modes_of(slopes: LinearSlopes, measured: MeasuredModes) -> PredictedModes:
-    """Return the poles that belong to measured modes, by shape and frequency; pairs that are in doubt are left out."""
-    linear = slopes.linear
+@dataclass(frozen=True)
+class Swinging:
+    """Poles (m) of oscillating motions, rad/s, and their amplitudes (m, outputs) at outputs by name."""
+
+    poles: ComplexArray
+    amplitudes: ComplexArray
+    outputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Measured modes (`rows`) and the poles that belong to them (`columns`), their MAC (1 where no shape was measured),
+    and whether no other pole is as near, (pairs,) each."""
+
+    rows: IndexArray
+    columns: IndexArray
+    likeness: Array
+    sure: BoolArray
+
+
+def swinging_of(linear: Linearization) -> Swinging:
+    """Return what oscillates in a linearization."""
     poles, vectors = damped_poles(linear)
-    swinging = np.flatnonzero(poles.imag > 1e-6 * np.abs(poles))
-    poles, vectors = poles[swinging], vectors[:, swinging]
-    apart = np.abs(np.log(np.abs(poles) / (2 * np.pi * measured.f[:, None])))
+    places = np.flatnonzero(poles.imag > 1e-6 * np.abs(poles))
+    poles, vectors = poles[places], vectors[:, places]
+    own = linear.Cq @ vectors + poles * (linear.Cv @ vectors) + poles**2 * (linear.Ca @ vectors)
+    return Swinging(poles, own.T, tuple(linear.outputs))
+
+
+def paired(measured: MeasuredModes, own: Swinging) -> Pairs:
+    """Return the poles that belong to measured modes, by shape and frequency."""
+    apart = np.abs(np.log(np.abs(own.poles) / (2 * np.pi * measured.f[:, None])))
     cost, likeness = apart, np.ones_like(apart)
     if measured.shapes is not None:
-        rows = [linear.outputs.index(name) for name in measured.outputs]
-        own = linear.Cq @ vectors + poles * (linear.Cv @ vectors) + poles**2 * (linear.Ca @ vectors)
-        likeness = _mac(measured.shapes, own[rows].T)
+        places = [own.outputs.index(name) for name in measured.outputs]
+        likeness = _mac(measured.shapes, own.amplitudes[:, places])
         cost = apart - likeness
     rows, columns = for_vibrations("scipy.optimize").linear_sum_assignment(cost)
-    chosen = poles[columns]
+    alone = len(own.poles) < 2
+    nearest = np.sort(likeness - apart, axis=1)[rows][:, -2:] if not alone else np.array([[-np.inf, 0.0]] * len(rows))
+    sure = (likeness[rows, columns] >= LEAST_MAC) & (
+        (nearest[:, 1] - nearest[:, 0] > RIVALS) | (measured.shapes is None)
+    )
+    return Pairs(rows, columns, likeness[rows, columns], sure)
+
+
+def _modes_of(slopes: LinearSlopes, measured: MeasuredModes, every: bool) -> PredictedModes:
+    """Return the poles that belong to measured modes; pairs that are in doubt are left out, unless `every` counts."""
+    own = swinging_of(slopes.linear)
+    pairs = paired(measured, own)
+    rows, chosen, sure = pairs.rows, own.poles[pairs.columns], pairs.sure | every
     size, zeta = np.abs(chosen) / (2 * np.pi), -chosen.real / np.abs(chosen)
     by_f, by_zeta = ratio_slopes(chosen, pole_slopes(slopes, chosen))
-    rivals = (
-        np.sort(likeness - apart, axis=1)[rows][:, -2:] if len(poles) > 1 else np.array([[-np.inf, 0.0]] * len(rows))
-    )
-    sure = (likeness[rows, columns] >= LEAST_MAC) & ((rivals[:, 1] - rivals[:, 0] > RIVALS) | (measured.shapes is None))
     k, p = len(measured.f), len(slopes.names)
     found = PredictedModes(np.full(k, np.nan), np.full(k, np.nan), np.zeros((p, k)), np.zeros((p, k)))
     for one, values in ((found.f, size), (found.zeta, zeta)):

@@ -12,6 +12,7 @@ from symoro_elastic.analysis.updating.estimator import Estimator, lines_of
 from symoro_elastic.analysis.updating.list_mistakes import STRIKING, refuse_wrong_list, refuse_zero_signals
 from symoro_elastic.analysis.updating.measured import VibrationTest
 from symoro_elastic.analysis.updating.misfit import Fit
+from symoro_elastic.analysis.updating.modal_mistakes import wrong_modes
 from symoro_elastic.analysis.updating.next_tests import Candidate, next_tests
 from symoro_elastic.analysis.updating.predictions import Predicted, Predictions
 from symoro_elastic.analysis.updating.told import Found, Verdict, found_of, untold
@@ -166,20 +167,20 @@ def update(
     fit = _fitted(estimator, partial(refuse_wrong_list, estimator, machine, by))
     if zero and lines:
         refuse_zero_signals(estimator, machine, zero, fit)
+    of_modes = wrong_modes(sought, machine, by, fitted, fit)
     given, fitted = fitted, fit.tests
     after = predictions.at(fit.x, slopes=False, tests=fitted)
     if not fit.delays:
         doubts.refuse_opposite(fitted, fit.lines, after)
-    lines_about = [*notes, *sought.notes, *_doubts(given, zero, fit, after), *predictions.doubts_at(fit.x)]
-    lines_about += doubts.of_windows(given, fit, sought.labels)
+    lines_about = [
+        *notes, *sought.notes, *_doubts(given, zero, fit, after), *of_modes, *predictions.doubts_at(fit.x),
+        *doubts.of_windows(given, fit, sought.labels),
+    ]  # fmt: skip
     seen = {a.window: b.window for a, b in zip(given, fitted, strict=True)}
     unseen = tuple(replace(test, window=seen.get(test.window, test.window)) for test in tests if test.validate)
-    bands = doubts.lacking(fit.lines, fit)
-    return Updated(
-        machine, sought, fitted, unseen, settings, fit,
-        found_of(sought, fit, settings.factor), tuple(untold(sought, fit, settings.factor)), tuple(bands),
-        tuple(lines_about),
-    )  # fmt: skip
+    told = found_of(sought, fit, settings.factor), tuple(untold(sought, fit, settings.factor))
+    bands = tuple(doubts.lacking(fit.lines, fit))
+    return Updated(machine, sought, fitted, unseen, settings, fit, *told, bands, tuple(lines_about))
 
 
 def _those_fitted(machine: Machine, tests: Sequence[VibrationTest]) -> tuple[VibrationTest, ...]:
