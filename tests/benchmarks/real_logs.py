@@ -44,8 +44,8 @@ GAINS = (14.87, 13.26, 11.13, 10.62, 11.03, 11.47)
 TX40_RATIOS, TX40_RATE = (32.0, 32.0, 45.0, -48.0, 45.0, 32.0), 5000.0
 TIAGO_GAINS = (60.0, 13.6, 13.6, -8.7, -8.7)
 TIAGO_WRIST = (-20.6, -20.6, -20.6)
-"""Of currents of TIAGo's torso, of joints 1 to 4, and of the wrist, N m/A: gear ratio times torque constant, with signs, as in figaroh;
-of the torso, which figaroh leaves without, a guess."""
+"""Of currents of TIAGo's torso, of joints 1 to 4, and of the wrist, N m/A: gear ratio times torque constant, signs,
+as in figaroh; of the torso, which figaroh leaves without, a guess."""
 TIAGO_MOVES, TIAGO_PARTS = (921, 6791), 21.0
 """Samples at which TIAGo moves (figaroh's); how long the unseen part at the end of them is, s."""
 OTHERS: dict[str, dict[str, Any]] = {"offsets never": {"offsets": "never"}, "delay never": {"delay": "never"}}
@@ -162,7 +162,8 @@ def tx40(root: Path) -> Log:
     q[:, 1] -= np.pi / 2
     q[:, 2] += np.pi / 2
     whole = columns_of(np.arange(len(q)) / TX40_RATE, q, tau * TX40_RATIOS, names)
-    return Log(machine, part(whole, 0.5, 6.5), part(whole, 6.5, 8.8), names, {}, OTHERS | {"load friction": {"load_friction": names}})
+    others = OTHERS | {"load friction": {"load_friction": names}}
+    return Log(machine, part(whole, 0.5, 6.5), part(whole, 6.5, 8.8), names, {}, others)
 
 
 def tiago(root: Path) -> Log:
