@@ -19,7 +19,7 @@ import numpy as np
 
 from symoro_elastic.analysis.updating.listed_tests import Corrected, ListedTests
 from symoro_elastic.analysis.updating.measured import MeasuredModes, VibrationTest, roughly
-from symoro_elastic.analysis.updating.misfit import Fit, Misfit, differences
+from symoro_elastic.analysis.updating.misfit import UNPAIRED, Fit, Misfit, differences
 from symoro_elastic.analysis.updating.predictions import Predictions, Swinging
 from symoro_elastic.analysis.updating.unknowns import Sought
 from symoro_elastic.foundation.array_types import Array
@@ -141,6 +141,7 @@ def _explaining(
         if not misfit.is_modal_noise(cost):
             continue
         before = min(least, fits.near(own, _values(own, misfit, x))[0])
+        before -= UNPAIRED * max(misfit.unknowns - own.unknowns, 0)  # each may explain a number that is of nothing
         if cost < min(LEFT * before, before - FALL):
             yield _Tried(one, cost)
 
