@@ -8,7 +8,7 @@ parameters, rms errors of identified stiffness and damping, evaluations and seco
 parameters with the largest errors, beside the Cramer-Rao bound: the least standard deviation that any estimator has.
 
 With --next the test that is advised, and the one advised last, are made and fitted, too: the sum of variances beside
-what was foretold, and the sum of squared errors.
+what was predicted, and the sum of squared errors.
 """
 
 from __future__ import annotations
@@ -330,7 +330,7 @@ def worst(found: Sequence[Outcome], least: Mapping[str, float]) -> str:
 
 
 def next_trial(case: Case, exact: Sequence[Any], seed: int) -> list[tuple[float, float, float]]:
-    """For the first and the last test that is advised: fall foretold, fall of variances, squared errors over before."""
+    """For the first and the last test advised: fall predicted, fall of variances, squared errors over before."""
     rng, truth = np.random.default_rng(seed), labels_of(case.tables)
     tables = with_labels(case.tables, {label: x * 2 ** rng.uniform(-1, 1) for label, x in truth.items()})
     tests = measured(case, exact, rng)
@@ -357,10 +357,10 @@ def next_line(name: str, trials: Sequence[list[tuple[float, float, float]]]) -> 
     """Means over trials."""
     x = np.array(trials)
     fall, left = 100 * x[:, :, :2].mean(axis=0), (1 - x[:, :, 1]) / (1 - x[:, :, 0])
-    said = [f"{made:.0f} % (foretold {foretold:.0f} %)" for foretold, made in fall]
+    said = [f"{made:.0f} % (predicted {predicted:.0f} %)" for predicted, made in fall]
     return (
         f"{name}: advised test lowers variances by {said[0]}, the last one by {said[1]}; variances left over those "
-        f"foretold {left.min():.2f} to {left.max():.2f}; squared errors left {x[:, 0, 2].mean():.2f}, "
+        f"predicted {left.min():.2f} to {left.max():.2f}; squared errors left {x[:, 0, 2].mean():.2f}, "
         f"{x[:, 1, 2].mean():.2f}"
     )
 

@@ -369,7 +369,7 @@ def test_without_coherence_the_noise_comes_from_the_residuals() -> None:
 
 @pytest.mark.thorough
 def test_the_next_test_lowers_the_variance_as_predicted() -> None:
-    """The trace of the covariance after the best candidate, simulated, within 20 % of what was foretold."""
+    """The trace of the covariance after the best candidate, simulated, within 20 % of what was predicted."""
     seek = [label for label in labels_of(LATHE.tables) if not label.endswith("viscous")]
     found = se.update(start(), hammer(6), seek=seek)
     best = found.next_tests()[0]
