@@ -34,7 +34,8 @@ HELD, FREE, SERVO = "held", "free", "under a servo"
 class Corrected:
     """Tests without one mistake of their list; `tests` are those (by place) that differ, `what` names the mistake.
 
-    `zero` is what was added to the positions of a joint, where its zero may be another.
+    `zero` is what was added to the positions of a joint, where its zero may be another. `is_sign` tells that a signal
+    has only the opposite sign, which other lines name.
     """
 
     what: str
@@ -42,12 +43,7 @@ class Corrected:
     changed: tuple[int, ...]
     joint: str = ""
     zero: float = 0.0
-
-    @property
-    def is_sign(self) -> bool:
-        """Whether a signal has only the opposite sign, which other lines name."""
-        name, _, other = self.what.partition(" is ")
-        return other == f"-{name}"
+    is_sign: bool = False
 
     @property
     def files(self) -> str:
@@ -136,7 +132,8 @@ class ListedTests:
             for name in dict.fromkeys(pair[side] for pair in pairs):
                 for other, sign in [(name, -1.0), *product(others(name), (1.0, -1.0))]:
                     what = f"{name} is {'-' if sign < 0 else ''}{other}"
-                    yield from self.each(what, partial(_named, side=side, name=name, other=other, sign=sign))
+                    for one in self.each(what, partial(_named, side=side, name=name, other=other, sign=sign)):
+                        yield replace(one, is_sign=other == name)
 
     def other_outputs(self, name: str) -> Iterator[str]:
         """Yield the outputs that one may be in place of: other axes of its frame, other frames or joints."""
