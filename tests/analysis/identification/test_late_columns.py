@@ -37,6 +37,7 @@ def errors(one: Identification) -> Array:
     return np.array([(e.value - e.unknown.nominal) / e.std for e in one.estimates if np.isfinite(e.unknown.nominal)])
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("quantity", "place", "samples"), [("q", 0, 1), ("tau", 1, 3), ("q", 2, 10)])
 def test_a_late_column_is_named_and_moved_back(quantity: str, place: int, samples: int) -> None:
     """What is found is that of the same record in time, but for the samples that are lost."""
@@ -58,6 +59,7 @@ def test_a_late_velocity_is_named_without_a_model() -> None:
     assert said(found(with_rates)) == []
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("sensing", [Sensing(), Sensing(late=3, offset=True), Sensing(12), Sensing(spikes=0.03)])
 def test_right_columns_are_not_accused(sensing: Sensing) -> None:
     """A delay of all torques, coarse encoders and spikes are of no single column."""

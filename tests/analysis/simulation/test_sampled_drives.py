@@ -251,6 +251,7 @@ def test_even_steps_are_the_adapted_ones() -> None:
     assert np.abs(even.motion.tau[-1] - adapted.motion.tau[-1]).max() < 1e-4
 
 
+@pytest.mark.thorough
 def test_limits_keep_what_winds_up_small() -> None:
     """The overshoot with back-calculation, and with a windup that never comes."""
     motion = {"motion": {"duration": 0.2, "moves": [{"motor": "motor", "by": 0.4, "in": 0.02}], "drives": True}}

@@ -67,6 +67,7 @@ def test_responses_are_those_of_another_program_and_slopes_those_of_differences(
         assert (np.abs(by_differences - slopes[k]) / largest).max() < 1e-8, sought.labels[k]
 
 
+@pytest.mark.thorough
 def test_springs_are_found_under_drives_and_what_hardly_shows_is_not_told() -> None:
     """The encoder's mode is above the band: minima that explain noise by it were 60 standard deviations off."""
     truth, rng = labels_of(CASES["ball_screw"].tables), np.random.default_rng(1004)

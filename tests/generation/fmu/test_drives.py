@@ -114,7 +114,7 @@ def units(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, int], Path
     return made
 
 
-@pytest.mark.parametrize("case", ["loaded", "sampled"])
+@pytest.mark.parametrize("case", [pytest.param("loaded", marks=pytest.mark.thorough), "sampled"])
 def test_fmpy_finds_no_errors(units: Callable[[str, int], Path], case: str) -> None:
     for version in (2, 3):
         assert not validate_fmu(str(units(case, version)))
@@ -182,7 +182,9 @@ class Own:
         return np.concatenate([qd, qdd, *rates])
 
 
-@pytest.mark.parametrize(("case", "shares"), [("continuous", (0, 0)), ("loaded", SHARES)])
+@pytest.mark.parametrize(
+    ("case", "shares"), [("continuous", (0, 0)), pytest.param("loaded", SHARES, marks=pytest.mark.thorough)]
+)
 def test_states_of_drives_and_friction_are_those_of_own_equations(
     units: Callable[[str, int], Path], case: str, shares: tuple[float, float]
 ) -> None:
