@@ -100,6 +100,7 @@ def test_spikes_move_robust_estimates_little() -> None:
     assert [len(one) for one in said] == [0, 1, 0]
 
 
+@pytest.mark.thorough
 def test_a_mode_that_the_model_lacks_is_located() -> None:
     found = se.update(start(), hammer(2, mode_at=70.0))
     assert found.fit.chi2 > 3 and any(band.low < 70.0 < band.high for band in found.bands)
@@ -180,6 +181,7 @@ def test_a_wrong_unit_is_named() -> None:
         se.update(start(), changed(hammer(), "bed_lift.az", 1e-3))
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("chosen", "factor", "said"),
     [
@@ -237,6 +239,7 @@ def test_a_sensor_that_does_not_move_is_named() -> None:
         se.update(start(), [replace(test, responses=(still, *test.responses[1:]))])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("what", list(WRITTEN)[:2])
 def test_a_mistake_in_one_pair_is_named(what: str) -> None:
     """The others tell the springs; the pair is named in a line."""
@@ -254,6 +257,7 @@ def test_what_is_measured_twice_or_not_at_all_is_refused() -> None:
         se.update(start(), changed(hammer(), "saddle.ax", 0.0))
 
 
+@pytest.mark.thorough
 def test_modes_without_a_partner_are_named() -> None:
     """Two modes that the lathe does not have, by number, and one whose shape is of none."""
     case = replace(LATHE, tables=start())
