@@ -108,7 +108,7 @@ def in_tolerance(scene: Scene, options: Generating | Trading) -> Scene:
     within = scene.within
     if options.within:
         try:
-            tolerances = {name: tolerance(x) for name, x in by_name(options.within).items()}
+            tolerances = {name: tolerance(x, name) for name, x in by_name(options.within).items()}
         except FormulaError as error:
             raise InputError(COMMAND, "--within", str(error)) from None
         within = Within(tolerances)

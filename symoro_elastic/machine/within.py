@@ -74,13 +74,16 @@ class Within:
 EXACT = Within()
 
 
-def tolerance(written: str | float) -> Tolerance:
-    """The tolerance in a text such as "1 %" or "0.5", or in a number; raises `FormulaError`."""
+def tolerance(written: str | float, of: str = ALL_RESULTS) -> Tolerance:
+    """The tolerance `of` results in a text such as "1 %" or "0.5", or in a number; raises `FormulaError`.
+
+    Frequencies may have 100 % and more: a mode that is lost is never within their tolerance.
+    """
     text = str(written).strip()
     relative = text.endswith(PERCENT)
     value = number(text.removesuffix(PERCENT).strip()) / (100 if relative else 1)
     if not value > 0:
         raise FormulaError(f"{text} is not above zero: leave out the tolerance of what must be exact")
-    if relative and value >= 1:
+    if relative and value >= 1 and of != FREQUENCIES:
         raise FormulaError(f"{text} would let a result be zero: give less than 100 %, or leave the result out")
     return Tolerance(value, relative)

@@ -27,7 +27,7 @@ def _tolerance(table: Table, key: str, given: Any) -> Tolerance:
     if isinstance(given, bool) or not isinstance(given, str | int | float):
         raise table.fail(key, 'must be a text in percent, as in "1 %", or a number in the unit of the result')
     try:
-        return tolerance(given)
+        return tolerance(given, key)
     except FormulaError as error:
         raise table.fail(key, str(error)) from None
 

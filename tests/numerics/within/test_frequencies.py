@@ -14,7 +14,7 @@ from symoro_elastic.generation.pipeline import programs
 from symoro_elastic.generation.reduced import ReducedModel, reduced_models
 from symoro_elastic.machine.described import DescribedMachine
 from symoro_elastic.machine.scene import ALL, Scene
-from symoro_elastic.machine.within import Within, tolerance
+from symoro_elastic.machine.within import FREQUENCIES, Within, tolerance
 from symoro_elastic.numerics.guarantees.box import box_of
 from symoro_elastic.numerics.guarantees.running_error import ROUNDINGS
 from symoro_elastic.numerics.within.candidates import candidates_of
@@ -50,7 +50,7 @@ def reduced(path, model: str, **tolerances: str) -> ReducedModel:
 
 
 def reduced_machine(of: DescribedMachine, model: str, **tolerances: str) -> ReducedModel:
-    within = Within({name.removeprefix("all"): tolerance(text) for name, text in tolerances.items()})
+    within = Within({name.removeprefix("all"): tolerance(text, name) for name, text in tolerances.items()})
     scene = Scene(models=(model,), within=within)
     return reduced_models(of, scene, programs, [ROUNDINGS["double"]])[1][0]
 
@@ -139,7 +139,7 @@ def test_shifts_stay_within_their_tolerance_at_unseen_positions(path, results: s
     exact, found = (natural_frequencies(program, at, motors) for program in (whole, left))
     assert (found > 0).sum() == (exact > 0).sum()
     shift = np.abs(found - exact) / exact
-    assert shift.max() <= tolerance(allowed).value
+    assert shift.max() <= tolerance(allowed, FREQUENCIES).value
 
 
 def test_without_their_tolerance_frequencies_move_more() -> None:
