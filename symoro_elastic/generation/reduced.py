@@ -466,7 +466,7 @@ def _constant(one: ReducedModel) -> str:
     pairs = zip(one.reduction.program.outputs, one.reduction.reduced.outputs, strict=True)
     entries = [(x, y) for whole, left in pairs for x, y in zip(whole.entries, left.entries, strict=True)]
     named = zip(one.certificates[0].entries, entries, strict=True)
-    lost = [f"{bound.name}[{bound.entry}]" for bound, (x, y) in named if is_constant(y) > is_constant(x)]
+    lost = [f"{bound.name}[{bound.entry}]" for bound, (x, y) in named if is_constant(y) and not is_constant(x)]
     return ", ".join(lost)
 
 

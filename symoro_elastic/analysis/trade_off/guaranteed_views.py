@@ -5,9 +5,8 @@ from __future__ import annotations
 from symoro_elastic.analysis.trade_off.guaranteed import Contribution, GuaranteedCurve, GuaranteedPoint
 from symoro_elastic.codegen.package_context import count_json, operations
 from symoro_elastic.foundation.results import Field, Part, Table, declare, parts_of
-from symoro_elastic.numerics.guarantees.box import DRAWN_AS
 from symoro_elastic.numerics.guarantees.certificate import Guarantee
-from symoro_elastic.numerics.guarantees.wording import at_most
+from symoro_elastic.numerics.guarantees.wording import at_most, confidence
 
 declare(Contribution, Field("error"), Field("word", lambda x: str(x.word)))
 declare(
@@ -60,7 +59,7 @@ def advice(curve: GuaranteedCurve) -> str:
 
 def _explained(curve: GuaranteedCurve) -> list[str]:
     words = {part.word for k in curve.path for part in (curve.points[k].rounding, curve.points[k].terms)}
-    return [f"95 %: {Guarantee.CONFIDENT}, {DRAWN_AS}"] if Guarantee.CONFIDENT in words else []
+    return [confidence("95 %")] if Guarantee.CONFIDENT in words else []
 
 
 def _contribution(part: Contribution) -> tuple[str, str]:

@@ -229,7 +229,7 @@ class Estimator:
         """Return the first minimum that leaves no more than noise, or the best one of the model alone.
 
         Before others than that near the start are sought, `check` is called with it and its predictions: it may refuse
-        the tests.
+        the tests. Of lists of modes alone the best minimum is returned, and nothing is checked.
         """
         if not self.lines:
             return self._of_modes()
@@ -280,7 +280,7 @@ class Estimator:
 
     def _told(self, one: Minimum) -> Minimum:
         """Return a minimum, or that with factors and delays of channels that residuals tell though they are small."""
-        if one.is_far or one.misfit.beside.count or not self.lines:
+        if one.is_far or one.misfit.beside.count:
             return one
         found = [one]
         for beside in self._of_usual_channels:
@@ -319,7 +319,7 @@ class Estimator:
 
         In doubt are windows where none is named, or another than the one that is found, and residuals do not tell.
         """
-        others = list(self._others()) if self.lines else []
+        others = list(self._others())
         if not others:
             return one, ()
         tests = self.predictions.tests
@@ -429,7 +429,7 @@ class Estimator:
 
     def _under_others(self) -> Iterator[Minimum]:
         """Yield minima near the start under windows that tests do not name."""
-        for predictions in self._others() if self.lines else ():
+        for predictions in self._others():
             yield self._near(replace(self.alone, predictions=predictions), predictions.start)
 
     @cached_property
@@ -450,7 +450,7 @@ class Estimator:
         Factors or delays that are right leave no more than noise; then no more is sought.
         """
         best = found
-        for beside in self._of_usual_channels if self.lines else ():
+        for beside in self._of_usual_channels:
             misfit = replace(self.alone, beside=beside)
             for x in (self.start,) if best is found and not beside.channels else (best.x, self.start):
                 predicted = self.predictions.at(x, slopes=False)
@@ -465,7 +465,7 @@ class Estimator:
 
     def _with_terms(self, found: Minimum) -> Iterator[Minimum]:
         """Yield the minima near one of the model alone with terms of what is outside the band, and delays as well."""
-        if not (self.lines and math.isfinite(found.fit.chi2)):
+        if not math.isfinite(found.fit.chi2):
             return
         for channels in (False, True):
             misfit = replace(found.misfit, beside=beside_of(self._seen, channels, terms=True))

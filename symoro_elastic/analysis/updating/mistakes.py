@@ -71,8 +71,6 @@ def refuse_mistakes(estimator: Estimator, tests: Sequence[VibrationTest], fit: F
                 "has no imaginary part in any line, and the model does not explain it: head magnitudes mag, with phase"
             )
             raise InputError(tests[line.test].name, line.measured.pair, what)
-    if not estimator.lines:
-        return
     for what, others in _undone(tests).items():
         if estimator.nearer(others) < NEARER:
             other = estimator.quickly(others)

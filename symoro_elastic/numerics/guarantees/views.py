@@ -16,10 +16,9 @@ from symoro_elastic.foundation.results import (
     table_of,
 )
 from symoro_elastic.machine.limits import Range
-from symoro_elastic.numerics.guarantees.box import DRAWN_AS
-from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Guarantee, PivotBound
+from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, PivotBound
 from symoro_elastic.numerics.guarantees.certificates import Certificates
-from symoro_elastic.numerics.guarantees.wording import divisors, error_text, overflow, range_text
+from symoro_elastic.numerics.guarantees.wording import confidence, divisors, error_text, overflow, range_text
 
 declare(
     EntryBound,
@@ -45,7 +44,7 @@ def _(result: Certificates) -> list[Part]:
         parts = f", {one.sub_boxes} sub-boxes" if one.sub_boxes > 1 else ""
         title = f"{result.machine}: {one.model}, {one.precision} precision, box {one.box.digest}{parts}; SI units"
         shown += [table_of(EntryBound, one.entries, title, keys=2), f"{divisors(one)}; {overflow(one)}"]
-    return [*shown, f"confident: {Guarantee.CONFIDENT}, {DRAWN_AS}"]
+    return [*shown, confidence("confident")]
 
 
 @columns_of.register

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
+from symoro_elastic.numerics.guarantees.box import DRAWN_AS
 from symoro_elastic.numerics.guarantees.certificate import Certificate, EntryBound, Guarantee
 
 
@@ -34,6 +35,11 @@ def range_text(entry: EntryBound) -> str:
 def error_text(error: float) -> str:
     """The bound of an error as text."""
     return at_most(error) if error else "exact"
+
+
+def confidence(word: str) -> str:
+    """Return what a word for a confident bound means, in a sentence."""
+    return f"{word}: {Guarantee.CONFIDENT}, {DRAWN_AS}"
 
 
 def divisors(one: Certificate) -> str:
